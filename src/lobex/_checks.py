@@ -1,0 +1,112 @@
+"""Checks at the public edge: one-line ``ValueError``s that name the argument, its value and the remedy.
+
+Values that JAX traces cannot be looked at and pass unchecked. Nothing here imports JAX, so that a shell
+command can refuse bad input before the slow import.
+"""
+
+import math
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+
+def is_traced(value: Any) -> bool:
+    """Whether ``value`` is a JAX tracer, whose number is not known."""
+    jax = sys.modules.get("jax")
+    return jax is not None and isinstance(value, jax.core.Tracer)
+
+
+def as_numbers(name: str, value: Any, unit: str = "") -> np.ndarray | None:
+    """``value`` as a float array of finite numbers, or None where it is traced."""
+    if is_traced(value):
+        return None
+    try:
+        numbers = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        raise ValueError(f"{name} = {value!r} is not a number; give {_in(unit, 'a real number')}") from None
+    if not np.all(np.isfinite(numbers)):
+        raise ValueError(f"{name} = {_show(numbers)} has NaN or infinite values; give finite numbers")
+    return numbers
+
+
+def positive(name: str, value: Any, unit: str = "") -> None:
+    """Require every value to be finite and above zero."""
+    numbers = as_numbers(name, value, unit)
+    if numbers is not None and np.any(numbers <= 0):
+        raise ValueError(f"{name} = {_show(numbers)} must be positive; give {_in(unit, 'a number above 0')}")
+
+
+def not_negative(name: str, value: Any, unit: str = "") -> None:
+    """Require every value to be finite and at least zero."""
+    numbers = as_numbers(name, value, unit)
+    if numbers is not None and np.any(numbers < 0):
+        raise ValueError(f"{name} = {_show(numbers)} must not be negative; give {_in(unit, '0 or more')}")
+
+
+def scalar(name: str, value: Any) -> None:
+    """Require a single number."""
+    if np.ndim(value) != 0:
+        raise ValueError(f"{name} has shape {np.shape(value)}; give one number")
+
+
+def integer(name: str, value: Any, least: int) -> int:
+    """Return ``value`` as an int of at least ``least``."""
+    number = value if isinstance(value, int | np.integer) and not isinstance(value, bool) else None
+    if number is None or number < least:
+        raise ValueError(f"{name} = {value!r} must be a whole number of at least {least}")
+    return int(number)
+
+
+def choice(name: str, value: Any, allowed: Sequence[Any]) -> None:
+    """Require one of the ``allowed`` values."""
+    if not any(value == a and type(value) is type(a) for a in allowed):
+        raise ValueError(f"{name} = {value!r} is unknown; choose one of {', '.join(repr(a) for a in allowed)}")
+
+
+def grid(name: str, value: Any, unit: str = "") -> np.ndarray:
+    """Return a strictly increasing one-dimensional grid of finite numbers as float64."""
+    numbers = as_numbers(name, value, unit)
+    if numbers is None:
+        raise ValueError(f"{name} is traced by JAX; a sweep runs outside jit, grad and vmap: give plain numbers")
+    if numbers.ndim != 1:
+        raise ValueError(f"{name} has shape {numbers.shape}; give a one-dimensional grid")
+    if numbers.size == 0:
+        raise ValueError(f"{name} is empty; give at least one value")
+    if np.any(np.diff(numbers) <= 0):
+        raise ValueError(f"{name} = {_show(numbers)} is not strictly increasing; sort it and drop repeats")
+    return numbers
+
+
+def writable(name: str, path: str | os.PathLike[str]) -> Path:
+    """Require that a file can be written at ``path``: its folder exists and accepts new files."""
+    target = Path(path)
+    folder = target.parent
+    if not str(path) or target.is_dir():
+        raise ValueError(f"{name} = {str(path)!r} is not a file name; give the path of a file")
+    if not folder.is_dir():
+        raise ValueError(f"{name} = {str(path)!r}: there is no folder {str(folder)!r}; create it first")
+    try:
+        probe = folder / f".{target.name}.{os.getpid()}.probe"
+        probe.touch(exist_ok=False)
+        probe.unlink()
+    except OSError as error:
+        why = error.strerror or str(error)
+        raise ValueError(f"{name} = {str(path)!r} cannot be written ({why}); choose another folder") from None
+    if target.exists() and not os.access(target, os.W_OK):
+        raise ValueError(f"{name} = {str(path)!r} is write-protected; choose another name")
+    return target
+
+
+def _in(unit: str, what: str) -> str:
+    return f"{what} in {unit}" if unit else what
+
+
+def _show(numbers: np.ndarray) -> str:
+    if numbers.ndim == 0:
+        return f"{float(numbers):.6g}"
+    shown = ", ".join("nan" if math.isnan(x) else f"{x:.6g}" for x in numbers.ravel()[:4])
+    return f"[{shown}{', …' if numbers.size > 4 else ''}]"

@@ -1,0 +1,41 @@
+"""Frozen dataclasses that JAX sees as pytrees."""
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any, TypeVar, dataclass_transform
+
+import jax
+
+T = TypeVar("T", bound=type)
+
+
+@dataclass_transform(frozen_default=True, field_specifiers=(dataclasses.field,))
+def pytree(*, static: tuple[str, ...] = ()) -> Callable[[T], T]:
+    """Make a class a frozen dataclass and a pytree; the fields named in ``static`` are compile-time constants.
+
+    ``jax.tree_util.register_dataclass`` would call the constructor for every tree that JAX rebuilds, and so
+    run the argument checks on tracers and on the placeholders of ``vmap``; here rebuilding skips them.
+    """
+
+    def register(cls: T) -> T:
+        frozen: Any = dataclasses.dataclass(frozen=True)(cls)
+        traced = tuple(f.name for f in dataclasses.fields(frozen) if f.name not in static)
+
+        def flatten(tree: Any) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+            return tuple(getattr(tree, n) for n in traced), tuple(getattr(tree, n) for n in static)
+
+        def flatten_with_keys(tree: Any) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
+            leaves, sizes = flatten(tree)
+            keys = (jax.tree_util.GetAttrKey(n) for n in traced)
+            return tuple(zip(keys, leaves, strict=True)), sizes
+
+        def unflatten(sizes: tuple[Any, ...], leaves: Any) -> Any:
+            tree = object.__new__(frozen)
+            for name, value in (*zip(traced, leaves, strict=True), *zip(static, sizes, strict=True)):
+                object.__setattr__(tree, name, value)
+            return tree
+
+        jax.tree_util.register_pytree_with_keys(frozen, flatten_with_keys, unflatten, flatten)
+        return frozen
+
+    return register

@@ -1,0 +1,53 @@
+"""Multipliers by the dense eigensolver, and the derivative of the dominant one."""
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+
+Array = Any
+
+
+def all_multipliers(matrix: Array) -> Array:
+    """Every eigenvalue of (…, N, N), complex (…, N), largest modulus first, +Im before −Im of a pair."""
+    values = jnp.linalg.eigvals(matrix)
+    order = jnp.lexsort((-values.imag, -jnp.abs(values)))
+    return jnp.take_along_axis(values, order, axis=-1)
+
+
+def dominant_pair(matrix: Array) -> tuple[Array, Array]:
+    """The eigenvalue of largest modulus of (N, N), with Im ≥ 0 of a pair, and its unit right eigenvector."""
+    values, vectors = jnp.linalg.eig(matrix)
+    index = jnp.argmax(jnp.abs(values))
+    return upper_half(values[index], vectors[:, index])
+
+
+def upper_half(value: Array, vector: Array) -> tuple[Array, Array]:
+    """Of a conjugate pair of a real matrix, the member with Im ≥ 0."""
+    flip = value.imag < 0
+    return jnp.where(flip, value.conj(), value), jnp.where(flip, vector.conj(), vector)
+
+
+@jax.custom_jvp
+def largest_modulus(matrix: Array) -> Array:
+    """max|μ| over the eigenvalues of (N, N).
+
+    Its derivative is that of one dominant eigenvalue, dμ = (uᴴ dΦ v)/(uᴴ v) with the left and right
+    eigenvectors, which needs no other eigenvalue to be simple: at gain 0 the operator has a nilpotent block,
+    where differentiating all of them gives NaN. At a tie of two moduli it is the derivative of one of them;
+    at a defective dominant pair (two real multipliers about to become complex) it is infinite or NaN, as
+    the true derivative is.
+    """
+    return jnp.max(jnp.abs(jnp.linalg.eigvals(matrix)))
+
+
+@largest_modulus.defjvp
+def _largest_modulus_jvp(primals: tuple[Array], tangents: tuple[Array]) -> tuple[Array, Array]:
+    (matrix,), (change,) = primals, tangents
+    value, right = dominant_pair(matrix)
+    # Right eigenvectors of the transpose are left ones: every backend has those.
+    mirrored, candidates = jnp.linalg.eig(matrix.T)
+    left = candidates[:, jnp.argmin(jnp.abs(mirrored - value))]
+    slope = (left @ (change @ right)) / (left @ right)
+    modulus = jnp.abs(value)
+    return modulus, jnp.real(jnp.conj(value) * slope) / modulus

@@ -1,0 +1,1 @@
+"""Processes: how a structure is fed back its own past, as delay systems."""

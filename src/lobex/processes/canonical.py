@@ -1,0 +1,75 @@
+"""The test equations of the field: the damped delayed Mathieu equation and the scalar equation."""
+
+from typing import Any, ClassVar
+
+import jax.numpy as jnp
+
+from lobex import _checks
+from lobex._float64 import in_float64
+from lobex._pytree import pytree
+from lobex.processes.feedback import ConstantFeedback, HarmonicFeedback
+from lobex.processes.quantity import DELAYED_GAIN, Quantity
+from lobex.processes.system import DelaySystem
+
+Array = Any
+
+
+@pytree()
+class DelayedMathieu:
+    """ẍ + c ẋ + (δ + ε cos(2πt/T)) x = b x(t − τ) with T = τ = 1/speed (Insperger and Stépán, 2002).
+
+    The field's form with T = τ = 2π has the speed 1/(2π). The gain is b, of either sign.
+
+    Attributes:
+        delta: δ.
+        epsilon: ε.
+        damping: c.
+    """
+
+    delta: Array
+    epsilon: Array
+    damping: Array = 0.0
+
+    gain: ClassVar[Quantity] = DELAYED_GAIN
+    speed_unit: ClassVar[str] = "Hz"
+
+    def __post_init__(self) -> None:
+        for name in ("delta", "epsilon", "damping"):
+            check = _checks.not_negative if name == "damping" else _checks.as_numbers
+            check(name, getattr(self, name))
+            _checks.scalar(name, getattr(self, name))
+
+    @in_float64
+    def system(self, speed: Array, gain: Array) -> DelaySystem:
+        """The delay system at one speed and one gain b."""
+        delta, damping = (jnp.asarray(v, dtype=jnp.result_type(float)) for v in (self.delta, self.damping))
+        zero, one = jnp.zeros_like(delta), jnp.ones_like(delta)
+        return DelaySystem(
+            blocks=jnp.stack([jnp.stack([zero, one]), jnp.stack([-delta, -damping])])[None],
+            inputs=jnp.stack([zero, one]).reshape(1, 2, 1),
+            outputs=jnp.stack([one, zero]).reshape(1, 1, 2),
+            delay=1 / speed,
+            feedback=HarmonicFeedback(self.epsilon, gain),
+        )
+
+
+@pytree()
+class Scalar:
+    """ẋ(t) = a x(t) + b x(t − τ), τ = 1/speed (Hayes, 1950). The gain is b, of either sign."""
+
+    a: Array
+
+    gain: ClassVar[Quantity] = DELAYED_GAIN
+    speed_unit: ClassVar[str] = "Hz"
+
+    def __post_init__(self) -> None:
+        _checks.as_numbers("a", self.a)
+        _checks.scalar("a", self.a)
+
+    @in_float64
+    def system(self, speed: Array, gain: Array) -> DelaySystem:
+        """The delay system at one speed and one gain b."""
+        a = jnp.asarray(self.a, dtype=jnp.result_type(float))
+        one = jnp.ones((1, 1, 1), dtype=a.dtype)
+        none = jnp.zeros((1, 1), dtype=a.dtype)
+        return DelaySystem(a.reshape(1, 1, 1), one, one, 1 / speed, ConstantFeedback(none, gain + none))

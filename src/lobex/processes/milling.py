@@ -1,0 +1,198 @@
+"""Milling with straight teeth in one or two directions, (3.24)-(3.29)."""
+
+import math
+from typing import Any, ClassVar
+
+import jax.numpy as jnp
+import numpy as np
+
+from lobex import _checks
+from lobex._float64 import in_float64
+from lobex._pytree import pytree
+from lobex.processes.feedback import Piece
+from lobex.processes.quantity import DEPTH_OF_CUT, Quantity
+from lobex.processes.system import DelaySystem, modal_system
+from lobex.structures.modes import Modes
+
+Array = Any
+
+# Which parts of a tooth period are in the cut, where that is known before tracing.
+Layout = tuple[str, ...]
+
+
+@pytree(static=("teeth", "direction", "layout"))
+class Milling:
+    """Milling with equally spaced straight teeth; each tooth meets the surface left by the one before.
+
+    The force on the tool is −b H(t) [y(t) − y(t − τ)], τ = 1/(teeth · speed); with one direction (feed, x)
+    H is K_s(t) of (3.25), with two (x along the feed, y across it) the 2×2 matrix of the same forces
+    (Insperger and Stépán, Semi-Discretization for Time-Delay Systems, 2011, ch. 5). Angles are those of
+    Appendix A: down-milling cuts from acos(2a − 1) to π, up-milling from 0 to acos(1 − 2a), with the radial
+    immersion a.
+
+    Attributes:
+        modes: the tool's modes, r = 1 or r = 2 directions.
+        teeth: number of teeth.
+        tangential: tangential specific cutting force K_t, N/m².
+        normal: normal (radial) specific cutting force K_n, N/m².
+        radial_immersion: radial depth of cut over tool diameter, in (0, 1].
+        direction: "down" or "up".
+        layout: the parts of a tooth period, found from the immersion; leave it out.
+
+    The gain is the axial depth of cut b, m.
+    """
+
+    modes: Modes
+    teeth: int
+    tangential: Array
+    normal: Array
+    radial_immersion: Array
+    direction: str = "down"
+    layout: Layout | None = None
+
+    gain: ClassVar[Quantity] = DEPTH_OF_CUT
+    speed_unit: ClassVar[str] = "rpm"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "teeth", _checks.integer("teeth", self.teeth, 1))
+        _checks.choice("direction", self.direction, ("down", "up"))
+        for name in ("tangential", "normal"):
+            check = _checks.positive if name == "tangential" else _checks.not_negative
+            check(name, getattr(self, name), "N/m²")
+            _checks.scalar(name, getattr(self, name))
+        _checks.scalar("radial_immersion", self.radial_immersion)
+        immersion = _checks.as_numbers("radial_immersion", self.radial_immersion)
+        if immersion is not None and not 0 < immersion <= 1:
+            raise ValueError(
+                f"radial_immersion = {float(immersion):.6g} is outside (0, 1]; "
+                "give radial depth of cut divided by tool diameter"
+            )
+        if self.modes.directions not in (1, 2):
+            raise ValueError(f"modes has {self.modes.directions} contact directions; milling takes 1 or 2")
+        layout = self.layout if immersion is None else _layout(float(immersion), self.teeth, self.direction)
+        object.__setattr__(self, "layout", layout)
+
+    @property
+    def passes(self) -> int:
+        """Tooth passes per revolution."""
+        return self.teeth
+
+    @in_float64
+    def system(self, speed: Array, gain: Array) -> DelaySystem:
+        """The delay system at one spindle speed (revolutions per second) and one depth of cut (m)."""
+        entry, exit_ = cutting_angles(self.radial_immersion, self.direction)
+        feedback = MillingFeedback(
+            depth=gain,
+            tangential=self.tangential,
+            normal=self.normal,
+            entry=entry,
+            exit=exit_,
+            teeth=self.teeth,
+            directions=self.modes.directions,
+            layout=self.layout,
+        )
+        return modal_system(self.modes, 1 / (self.teeth * speed), feedback)
+
+
+def cutting_angles(radial_immersion: Array, direction: str) -> tuple[Array, Array]:
+    """Entry and exit angles of a tooth, rad, from the feed-normal axis (Appendix A)."""
+    if direction == "down":
+        return jnp.arccos(2 * jnp.asarray(radial_immersion) - 1), jnp.pi
+    return 0.0, jnp.arccos(1 - 2 * jnp.asarray(radial_immersion))
+
+
+def _layout(immersion: float, teeth: int, direction: str) -> Layout:
+    arc = math.acos(1 - 2 * immersion)
+    engaged = arc * teeth / (2 * math.pi)
+    if abs(engaged - round(engaged)) < 1e-12 and round(engaged) > 0:
+        return ("cut",)
+    return ("cut", "idle") if engaged < 1 else ("cut", "cut")
+
+
+@pytree(static=("teeth", "directions", "layout"))
+class MillingFeedback:
+    """−b H(t) and +b H(t) over one tooth period; tooth j is at the angle 2π (phase + j)/teeth, j = 0, 1, …
+
+    A period that starts when a tooth enters has one further jump, when a tooth leaves.
+    """
+
+    depth: Array
+    tangential: Array
+    normal: Array
+    entry: Array
+    exit: Array
+    teeth: int
+    directions: int
+    layout: Layout | None
+
+    constant: ClassVar[bool] = False
+
+    def pieces(self) -> tuple[Piece, ...]:
+        start = self.entry * self.teeth / (2 * jnp.pi)
+        if self.layout == ("cut",):
+            return (Piece(start, 1.0, False),)
+        whole, part = self._engaged()
+        idle = (whole == 0) if self.layout is None else self.layout[1] == "idle"
+        return Piece(start, part, False), Piece(start + part, 1.0 - part, idle)
+
+    def within(self, index: int, phase: Array) -> tuple[Array, Array]:
+        whole, _ = self._engaged()
+        teeth_in_cut = whole + 1 if index == 0 and self.layout != ("cut",) else whole
+        since_entry = phase - self.entry * self.teeth / (2 * jnp.pi)
+        order = jnp.arange(self.teeth)[:, None]
+        angle = self.entry + 2 * jnp.pi / self.teeth * (since_entry + order)
+        return self._pair(jnp.sum(jnp.where(order < teeth_in_cut, self._force(angle), 0.0), axis=-2))
+
+    def at(self, phase: Array) -> tuple[Array, Array]:
+        angle = 2 * jnp.pi / self.teeth * (phase + jnp.arange(self.teeth)[:, None])
+        angle = jnp.mod(angle, 2 * jnp.pi)
+        cutting = (angle >= self.entry) & (angle <= self.exit)
+        return self._pair(jnp.sum(jnp.where(cutting, self._force(angle), 0.0), axis=-2))
+
+    def mean(self, start: Array, stop: Array) -> tuple[Array, Array]:
+        pitch = 2 * jnp.pi / self.teeth
+        # An interval may reach past the end of the revolution, so the tooth behind is counted there too.
+        order = jnp.arange(-self.teeth, self.teeth)[:, None]
+        ends = [jnp.clip(pitch * (edge + order), self.entry, self.exit) for edge in (start, stop)]
+        work = jnp.sum(self._work(ends[1]) - self._work(ends[0]), axis=-2)
+        return self._pair(work / (pitch * (stop - start)))
+
+    def _engaged(self) -> tuple[Array, Array]:
+        """Teeth in the cut just before a tooth enters, and the phase after it at which one leaves."""
+        engaged = (self.exit - self.entry) * self.teeth / (2 * jnp.pi)
+        if self.layout == ("cut",):
+            return jnp.round(engaged), jnp.zeros_like(engaged)
+        if self.layout == ("cut", "idle"):
+            return jnp.zeros_like(engaged), engaged
+        whole = jnp.floor(engaged)
+        return whole, engaged - whole
+
+    def _force(self, angle: Array) -> Array:
+        """H of one tooth at ``angle``, by entry (xx or xx, xy, yx, yy), shape (entries, …)."""
+        sine, cosine = jnp.sin(angle), jnp.cos(angle)
+        along = self.tangential * cosine + self.normal * sine
+        if self.directions == 1:
+            return (along * sine)[None]
+        across = self.normal * cosine - self.tangential * sine
+        return jnp.stack([along * sine, along * cosine, across * sine, across * cosine])
+
+    def _work(self, angle: Array) -> Array:
+        """Antiderivative of ``_force`` over the angle."""
+        sine = jnp.sin(angle)
+        product = sine * sine / 2
+        sine_squared = angle / 2 - jnp.sin(2 * angle) / 4
+        cosine_squared = angle / 2 + jnp.sin(2 * angle) / 4
+        t, n = self.tangential, self.normal
+        entries = [t * product + n * sine_squared]
+        if self.directions == 2:
+            entries += [
+                t * cosine_squared + n * product,
+                n * product - t * sine_squared,
+                n * cosine_squared - t * product,
+            ]
+        return jnp.stack(entries)
+
+    def _pair(self, entries: Array) -> tuple[Array, Array]:
+        matrix = self.depth * jnp.moveaxis(entries, 0, -1)
+        matrix = matrix.reshape(*np.shape(matrix)[:-1], self.directions, self.directions)
+        return -matrix, matrix

@@ -1,0 +1,57 @@
+"""What every process is, and the checks of the point (speed, gain) at which it is asked for."""
+
+from typing import Any, ClassVar, Protocol
+
+import numpy as np
+
+from lobex import _checks
+from lobex.processes.quantity import Quantity
+from lobex.processes.system import DelaySystem
+
+Array = Any
+
+
+class Process(Protocol):
+    """A delayed process: speed (revolutions per second) and gain in, a delay system out."""
+
+    gain: ClassVar[Quantity]
+    speed_unit: ClassVar[str]
+
+    def system(self, speed: Array, gain: Array) -> DelaySystem:
+        """The delay system at one speed and one gain."""
+        ...
+
+
+def check_process(process: Any) -> None:
+    """Require something that makes a delay system."""
+    if isinstance(process, type) or not callable(getattr(process, "system", None)):
+        raise ValueError(f"process = {process!r} is no process; give one such as lobex.Rub(modes)")
+
+
+def check_speed(process: Process, speed: Any) -> None:
+    """Require finite speeds above zero, and not all of them rpm where revolutions per second are meant."""
+    _checks.positive("speed", speed, "Hz (revolutions per second)")
+    frequency = _first_frequency(process)
+    numbers = _checks.as_numbers("speed", speed)
+    if numbers is None or frequency is None or numbers.size == 0:
+        return
+    ratio = float(numbers.min()) * getattr(process, "passes", 1) / frequency
+    if ratio > 60:
+        raise ValueError(
+            f"speed = {float(numbers.min()):.6g} Hz or more passes {ratio:.0f} times per period of the first "
+            f"mode ({frequency:.6g} Hz); give revolutions per second, which is rpm/60"
+        )
+
+
+def check_gain(process: Process, gain: Any) -> None:
+    """Require finite gains, not negative where the process cannot have them."""
+    quantity = process.gain
+    check = _checks.as_numbers if quantity.signed else _checks.not_negative
+    check("gain", gain, quantity.unit)
+
+
+def _first_frequency(process: Process) -> float | None:
+    modes = getattr(process, "modes", None)
+    if modes is None or _checks.is_traced(modes.angular_frequency):
+        return None
+    return float(np.min(modes.angular_frequency)) / (2 * np.pi)

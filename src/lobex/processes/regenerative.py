@@ -1,0 +1,69 @@
+"""Processes with constant regenerative feedback: a blade rubbing its own track, and turning."""
+
+from typing import Any, ClassVar
+
+import jax.numpy as jnp
+
+from lobex import _checks
+from lobex._float64 import in_float64
+from lobex._pytree import pytree
+from lobex.processes.feedback import ConstantFeedback
+from lobex.processes.quantity import CONTACT_STIFFNESS, DEPTH_OF_CUT, Quantity
+from lobex.processes.system import DelaySystem, modal_system
+from lobex.structures.modes import Modes
+
+Array = Any
+
+
+@pytree()
+class Rub:
+    """A blade in permanent contact with an abradable casing, (3.4)-(3.9).
+
+    Each pass meets the track that the previous one left: the force on the tip is −K_e [y(t) − y(t − τ)],
+    τ = 1/speed. A variation around a steady feed: it holds while the blade does not leave the coating. The
+    gain is the contact stiffness K_e, N/m.
+    """
+
+    modes: Modes
+
+    gain: ClassVar[Quantity] = CONTACT_STIFFNESS
+    speed_unit: ClassVar[str] = "Hz"
+    passes: ClassVar[int] = 1
+
+    @in_float64
+    def system(self, speed: Array, gain: Array) -> DelaySystem:
+        """The delay system at one speed (Hz) and one contact stiffness (N/m)."""
+        return _regenerative_system(self.modes, speed, gain)
+
+
+@pytree()
+class Turning:
+    """Turning with a flexible tool, (2.12): m ÿ + c ẏ + k y = −K_r b [y(t) − y(t − τ)], τ = 1/speed.
+
+    Attributes:
+        modes: the tool's modes in the direction of the chip thickness.
+        radial: radial specific cutting force K_r, N/m².
+
+    The gain is the depth of cut b, m.
+    """
+
+    modes: Modes
+    radial: Array
+
+    gain: ClassVar[Quantity] = DEPTH_OF_CUT
+    speed_unit: ClassVar[str] = "rpm"
+    passes: ClassVar[int] = 1
+
+    def __post_init__(self) -> None:
+        _checks.positive("radial", self.radial, "N/m²")
+        _checks.scalar("radial", self.radial)
+
+    @in_float64
+    def system(self, speed: Array, gain: Array) -> DelaySystem:
+        """The delay system at one spindle speed (revolutions per second) and one depth of cut (m)."""
+        return _regenerative_system(self.modes, speed, self.radial * gain)
+
+
+def _regenerative_system(modes: Modes, speed: Array, stiffness: Array) -> DelaySystem:
+    unit = jnp.eye(modes.directions, dtype=jnp.result_type(float))
+    return modal_system(modes, 1 / speed, ConstantFeedback(-stiffness * unit, stiffness * unit))

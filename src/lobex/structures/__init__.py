@@ -1,0 +1,1 @@
+"""Structures: what vibrates, reduced to modes seen at the contact."""

@@ -1,0 +1,150 @@
+"""The modes of a structure, as its contact point sees them."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from lobex import _checks
+from lobex._float64 import in_float64
+from lobex._pytree import pytree
+from lobex.structures.eigenproblem import keep_modes, vibration_modes
+
+Array = Any
+
+
+@pytree()
+class Modes:
+    """Vibration modes with modal damping: ü + 2ξω u̇ + ω² u = φᵀ F, displacement at the contact y = Σ φ u.
+
+    Attributes:
+        angular_frequency: angular natural frequencies ω, shape (n,), rad/s.
+        damping_ratio: modal damping ratios ξ, shape (n,).
+        shape: mass-normalised mode shapes φ at the contact, shape (n, r), 1/√kg; r is the number of
+            displacement directions that the contact acts on.
+
+    Raises:
+        ValueError: for values that are not finite, frequencies not above zero, damping below zero, or
+            lengths that do not agree.
+    """
+
+    angular_frequency: Array
+    damping_ratio: Array
+    shape: Array
+
+    def __post_init__(self) -> None:
+        _checks.positive("angular_frequency", self.angular_frequency, "rad/s")
+        _checks.not_negative("damping_ratio", self.damping_ratio)
+        _checks.as_numbers("shape", self.shape, "1/√kg")
+        count = np.shape(self.angular_frequency)
+        if len(count) != 1 or count[0] == 0:
+            raise ValueError(f"angular_frequency has shape {count}; give one value per mode, shape (n,)")
+        if np.shape(self.damping_ratio) != count:
+            raise ValueError(
+                f"damping_ratio has shape {np.shape(self.damping_ratio)}; give one value per mode, shape {count}"
+            )
+        if len(np.shape(self.shape)) != 2 or np.shape(self.shape)[0] != count[0]:
+            raise ValueError(f"shape has shape {np.shape(self.shape)}; give ({count[0]}, directions)")
+
+    @property
+    def count(self) -> int:
+        """Number of modes n."""
+        return np.shape(self.angular_frequency)[0]
+
+    @property
+    def directions(self) -> int:
+        """Number of contact directions r."""
+        return np.shape(self.shape)[1]
+
+    @property
+    def frequency(self) -> Array:
+        """Natural frequencies ω/2π, shape (n,), Hz."""
+        return self.angular_frequency / (2 * np.pi)
+
+    @classmethod
+    def single(cls, *, frequency: float, damping_ratio: float, mass: float) -> "Modes":
+        """One mode, from its natural frequency (Hz), damping ratio and modal mass (kg)."""
+        _checks.positive("frequency", frequency, "Hz")
+        _checks.not_negative("damping_ratio", damping_ratio)
+        _checks.positive("mass", mass, "kg")
+        for name, value in (("frequency", frequency), ("damping_ratio", damping_ratio), ("mass", mass)):
+            _checks.scalar(name, value)
+        return cls(*_single(frequency, damping_ratio, mass))
+
+    @classmethod
+    def plane(cls, *, x: "Modes", y: "Modes") -> "Modes":
+        """The modes of two perpendicular directions, as r = 2 for milling in the plane."""
+        for name, modes in (("x", x), ("y", y)):
+            if modes.directions != 1:
+                raise ValueError(f"{name} has {modes.directions} contact directions; give modes with one")
+        return cls(*_plane(x, y))
+
+    @classmethod
+    def from_matrices(
+        cls,
+        mass: Any,
+        stiffness: Any,
+        contact: Any,
+        damping_ratio: Any,
+        keep: Sequence[int] | None = None,
+    ) -> "Modes":
+        """Modes of any finite-element model K v = ω² M v.
+
+        Args:
+            mass: symmetric positive definite M, (dof, dof), dense or scipy sparse.
+            stiffness: symmetric K, (dof, dof), dense or scipy sparse, without rigid-body motion.
+            contact: the contact displacement as a combination of the degrees of freedom, (dof,) or (dof, r).
+            damping_ratio: ξ, one number or one per mode kept.
+            keep: mode numbers to keep, counted from 1 in order of frequency; all by default. Sparse
+                matrices with ``keep`` are solved for the lowest modes alone.
+
+        Raises:
+            ValueError: naming the matrix that has a wrong shape, is not symmetric, or is singular.
+        """
+        angular_frequency, vectors = vibration_modes(mass, stiffness, keep)
+        dof = np.shape(vectors)[0]
+        _checks.as_numbers("contact", contact)
+        if len(np.shape(contact)) not in (1, 2) or np.shape(contact)[0] != dof:
+            raise ValueError(f"contact has shape {np.shape(contact)}; give ({dof},) or ({dof}, directions)")
+        ratio = modal_damping(damping_ratio, np.shape(vectors)[1])
+        return cls(angular_frequency, ratio, _seen_at(vectors, contact))
+
+    def select(self, keep: Sequence[int]) -> "Modes":
+        """The modes of the given numbers, counted from 1."""
+        index = keep_modes(keep, self.count)
+        return Modes(self.angular_frequency[index], self.damping_ratio[index], self.shape[index])
+
+
+@in_float64
+def modal_damping(damping_ratio: Any, count: int) -> Array:
+    """Damping ratios of ``count`` modes, shape (count,), from one number or one per mode."""
+    _checks.not_negative("damping_ratio", damping_ratio)
+    if np.shape(damping_ratio) not in ((), (count,)):
+        raise ValueError(
+            f"damping_ratio has shape {np.shape(damping_ratio)}; give one number or one per mode, ({count},)"
+        )
+    return jnp.broadcast_to(jnp.asarray(damping_ratio, dtype=jnp.result_type(float)), (count,))
+
+
+@in_float64
+def _single(frequency: Any, damping_ratio: Any, mass: Any) -> tuple[Array, Array, Array]:
+    number = [jnp.asarray(value, dtype=jnp.result_type(float)) for value in (frequency, damping_ratio, mass)]
+    return 2 * jnp.pi * number[0][None], number[1][None], 1 / jnp.sqrt(number[2])[None, None]
+
+
+@in_float64
+def _plane(x: Modes, y: Modes) -> tuple[Array, Array, Array]:
+    shape = jax.scipy.linalg.block_diag(jnp.asarray(x.shape), jnp.asarray(y.shape))
+    return (
+        jnp.concatenate([x.angular_frequency, y.angular_frequency]),
+        jnp.concatenate([x.damping_ratio, y.damping_ratio]),
+        shape,
+    )
+
+
+@in_float64
+def _seen_at(vectors: Any, contact: Any) -> Array:
+    directions = jnp.asarray(contact, dtype=jnp.result_type(float))
+    return jnp.asarray(vectors).T @ directions.reshape(directions.shape[0], -1)
