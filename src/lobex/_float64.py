@@ -2,7 +2,7 @@
 
 import functools
 from collections.abc import Callable
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, ParamSpec, TypeVar, cast
 
 import jax
 import numpy as np
@@ -25,8 +25,9 @@ def in_float64(function: Callable[Arguments, Result]) -> Callable[Arguments, Res
     def wrapped(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
         if any(map(is_traced, jax.tree.leaves((args, kwargs)))):
             return function(*args, **kwargs)
-        with jax.enable_x64(True):
-            wide_args, wide_kwargs = jax.tree.map(_widen, (args, kwargs))
+        # Inside somebody's jit, plain numbers are still computed with now and not traced.
+        with jax.enable_x64(True), jax.ensure_compile_time_eval():
+            wide_args, wide_kwargs = cast(Any, jax.tree.map(_widen, (args, kwargs)))
             return jax.tree.map(_to_numpy, function(*wide_args, **wide_kwargs))
 
     return wrapped

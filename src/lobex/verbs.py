@@ -4,7 +4,7 @@ from functools import partial
 from typing import Any
 
 import jax
-import jax.numpy as jnp
+import numpy as np
 
 from lobex._broadcast import over_points
 from lobex._float64 import in_float64
@@ -34,7 +34,7 @@ def monodromy(process: Process, speed: Array, gain: Array, method: Method = DEFA
     Raises:
         ValueError: for NaN, infinite or non-positive speeds and for gains that the process cannot have.
     """
-    _check(process, speed, gain, method)
+    speed, gain = _checked(process, speed, gain, method)
     return _monodromy(process, speed, gain, method)
 
 
@@ -43,7 +43,7 @@ def multipliers(process: Process, speed: Array, gain: Array, method: Method = DE
 
     Arguments, precision and errors as for ``monodromy``.
     """
-    _check(process, speed, gain, method)
+    speed, gain = _checked(process, speed, gain, method)
     return _multipliers(process, speed, gain, method)
 
 
@@ -53,21 +53,23 @@ def spectral_radius(process: Process, speed: Array, gain: Array, method: Method 
     Differentiable with respect to speed, gain and every number in ``process``. Arguments, precision and
     errors as for ``monodromy``.
     """
-    _check(process, speed, gain, method)
+    speed, gain = _checked(process, speed, gain, method)
     return _spectral_radius(process, speed, gain, method)
 
 
-def _check(process: Any, speed: Any, gain: Any, method: Any) -> None:
+def _checked(process: Any, speed: Any, gain: Any, method: Any) -> tuple[Array, Array]:
     check_process(process)
     check_method(method)
+    speed, gain = (np.asarray(value) if isinstance(value, list | tuple) else value for value in (speed, gain))
     check_speed(process, speed)
     check_gain(process, gain)
     try:
-        jnp.broadcast_shapes(jnp.shape(speed), jnp.shape(gain))
+        np.broadcast_shapes(np.shape(speed), np.shape(gain))
     except ValueError:
         raise ValueError(
-            f"gain has shape {jnp.shape(gain)} and speed {jnp.shape(speed)}; give shapes that broadcast"
+            f"gain has shape {np.shape(gain)} and speed {np.shape(speed)}; give shapes that broadcast"
         ) from None
+    return speed, gain
 
 
 def check_method(method: Any) -> None:

@@ -47,7 +47,10 @@ def _largest_modulus_jvp(primals: tuple[Array], tangents: tuple[Array]) -> tuple
     value, right = dominant_pair(matrix)
     # Right eigenvectors of the transpose are left ones: every backend has those.
     mirrored, candidates = jnp.linalg.eig(matrix.T)
-    left = candidates[:, jnp.argmin(jnp.abs(mirrored - value))]
+    # Of a multiplier that occurs twice (two equal modes), the left vector that is not orthogonal to the right.
+    distance = jnp.abs(mirrored - value)
+    same = distance <= jnp.min(distance) + 1e-9 * jnp.abs(value)
+    left = candidates[:, jnp.argmax(jnp.where(same, jnp.abs(candidates.T @ right), -1.0))]
     slope = (left @ (change @ right)) / (left @ right)
     modulus = jnp.abs(value)
     return modulus, jnp.real(jnp.conj(value) * slope) / modulus

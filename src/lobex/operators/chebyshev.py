@@ -124,9 +124,7 @@ class Chebyshev:
             quadrature.append(piece.length * weights)
             current = end
         matrix = jnp.concatenate([current, *stored])[:size]
-        return MonodromyOperator(
-            matrix, jnp.concatenate(phases), jnp.concatenate(quadrature), jnp.concatenate(motion)
-        )
+        return MonodromyOperator(matrix, jnp.concatenate(phases), jnp.concatenate(quadrature), jnp.concatenate(motion))
 
     def _through(
         self,

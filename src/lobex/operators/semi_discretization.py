@@ -101,8 +101,8 @@ class SemiDiscretization:
         step = system.delay / k
         drift, inputs, output = system.drift(), system.input_matrix(), system.output_matrix()
         constant = system.feedback.constant
-        current, delayed = system.feedback.mean(edges[:1], edges[1:2]) if constant else system.feedback.mean(
-            edges[:-1], edges[1:]
+        current, delayed = (
+            system.feedback.mean(edges[:1], edges[1:2]) if constant else system.feedback.mean(edges[:-1], edges[1:])
         )
 
         def one(current_force: Array, delayed_force: Array) -> tuple[Array, Array]:

@@ -8,6 +8,7 @@ from lobex import _checks
 from lobex._float64 import in_float64
 from lobex._pytree import pytree
 from lobex.processes.feedback import ConstantFeedback, HarmonicFeedback
+from lobex.processes.process import check_point
 from lobex.processes.quantity import DELAYED_GAIN, Quantity
 from lobex.processes.system import DelaySystem
 
@@ -42,6 +43,7 @@ class DelayedMathieu:
     @in_float64
     def system(self, speed: Array, gain: Array) -> DelaySystem:
         """The delay system at one speed and one gain b."""
+        check_point(self, speed, gain)
         delta, damping = (jnp.asarray(v, dtype=jnp.result_type(float)) for v in (self.delta, self.damping))
         zero, one = jnp.zeros_like(delta), jnp.ones_like(delta)
         return DelaySystem(
@@ -69,6 +71,7 @@ class Scalar:
     @in_float64
     def system(self, speed: Array, gain: Array) -> DelaySystem:
         """The delay system at one speed and one gain b."""
+        check_point(self, speed, gain)
         a = jnp.asarray(self.a, dtype=jnp.result_type(float))
         one = jnp.ones((1, 1, 1), dtype=a.dtype)
         none = jnp.zeros((1, 1), dtype=a.dtype)

@@ -10,6 +10,7 @@ from lobex import _checks
 from lobex._float64 import in_float64
 from lobex._pytree import pytree
 from lobex.processes.feedback import Piece
+from lobex.processes.process import check_point
 from lobex.processes.quantity import DEPTH_OF_CUT, Quantity
 from lobex.processes.system import DelaySystem, modal_system
 from lobex.structures.modes import Modes
@@ -80,6 +81,7 @@ class Milling:
     @in_float64
     def system(self, speed: Array, gain: Array) -> DelaySystem:
         """The delay system at one spindle speed (revolutions per second) and one depth of cut (m)."""
+        check_point(self, speed, gain)
         entry, exit_ = cutting_angles(self.radial_immersion, self.direction)
         feedback = MillingFeedback(
             depth=gain,

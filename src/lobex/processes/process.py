@@ -50,6 +50,12 @@ def check_gain(process: Process, gain: Any) -> None:
     check("gain", gain, quantity.unit)
 
 
+def check_point(process: Process, speed: Any, gain: Any) -> None:
+    """Both checks, where a system is asked for."""
+    check_speed(process, speed)
+    check_gain(process, gain)
+
+
 def _first_frequency(process: Process) -> float | None:
     modes = getattr(process, "modes", None)
     if modes is None or _checks.is_traced(modes.angular_frequency):

@@ -8,6 +8,7 @@ from lobex import _checks
 from lobex._float64 import in_float64
 from lobex._pytree import pytree
 from lobex.processes.feedback import ConstantFeedback
+from lobex.processes.process import check_point
 from lobex.processes.quantity import CONTACT_STIFFNESS, DEPTH_OF_CUT, Quantity
 from lobex.processes.system import DelaySystem, modal_system
 from lobex.structures.modes import Modes
@@ -33,6 +34,7 @@ class Rub:
     @in_float64
     def system(self, speed: Array, gain: Array) -> DelaySystem:
         """The delay system at one speed (Hz) and one contact stiffness (N/m)."""
+        check_point(self, speed, gain)
         return _regenerative_system(self.modes, speed, gain)
 
 
@@ -61,6 +63,7 @@ class Turning:
     @in_float64
     def system(self, speed: Array, gain: Array) -> DelaySystem:
         """The delay system at one spindle speed (revolutions per second) and one depth of cut (m)."""
+        check_point(self, speed, gain)
         return _regenerative_system(self.modes, speed, self.radial * gain)
 
 

@@ -19,6 +19,7 @@ def vibration_modes(mass: Any, stiffness: Any, keep: Sequence[int] | None = None
     Dense matrices may be traced: gradients flow through frequencies and vectors wherever the frequencies
     are distinct. Raises ValueError for matrices that are not square, symmetric and definite.
     """
+    mass, stiffness = (m.tocsr() if _is_sparse(m) else m for m in (mass, stiffness))
     _check_pair(mass, stiffness)
     if _is_sparse(mass) or _is_sparse(stiffness):
         if keep is None:
@@ -106,8 +107,7 @@ def _check_definite(name: str, matrix: Any) -> None:
     smallest = np.linalg.eigvalsh(numbers)[0]
     if smallest <= len(numbers) * np.finfo(float).eps * abs(numbers).max():
         raise ValueError(
-            f"{name} is singular or indefinite, smallest eigenvalue {smallest:.3g}; "
-            "remove massless degrees of freedom"
+            f"{name} is singular or indefinite, smallest eigenvalue {smallest:.3g}; remove massless degrees of freedom"
         )
 
 
@@ -115,5 +115,5 @@ def _is_sparse(matrix: Any) -> bool:
     return hasattr(matrix, "tocsc")
 
 
-def _dense(matrix: Any) -> np.ndarray:
-    return matrix.toarray() if _is_sparse(matrix) else np.asarray(matrix)
+def _dense(matrix: Any) -> Array:
+    return matrix.toarray() if _is_sparse(matrix) else matrix

@@ -1,0 +1,53 @@
+# make demo   make the environment and draw the first diagram, rub.nc and rub.png
+# make test   make the environment and run the tests
+# make lint   ruff and pyright
+# make bench  measure, and rewrite benchmarks/RESULTS.md
+#
+# PYTHON=... chooses an interpreter and VENV=... a folder; by default the newest Python that runs here.
+
+# A name on the path may be a shim with nothing behind it: each candidate is run before it is believed.
+NEWEST := for p in python3.14 python3.13 python3.12 python3.11 python3 python; do \
+	$$p -c 'import sys, venv, pip; sys.exit(not (3, 11) <= sys.version_info[:2] <= (3, 14))' \
+	>/dev/null 2>&1 && { command -v $$p; break; }; done
+PYTHON ?= $(shell $(NEWEST))
+VENV ?= .venv
+BIN := $(VENV)/bin
+
+.PHONY: demo test lint bench clean
+
+demo: $(VENV)/.package
+	$(BIN)/lobex lobes rub --out rub
+
+test: $(VENV)/.test
+	$(BIN)/python -m pytest
+
+lint: $(VENV)/.dev
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/pyright --pythonpath $(BIN)/python
+
+bench: $(VENV)/.test
+	$(BIN)/python benchmarks/measure.py
+
+clean:
+	rm -rf $(VENV)
+
+# Debian ships venv without ensurepip: then the interpreter's own pip installs into the environment.
+$(VENV)/.made:
+	@test -n "$(PYTHON)" || { echo "lobex needs Python 3.11 or newer, with pip and venv" >&2; exit 1; }
+	$(PYTHON) -m venv $(VENV) 2>/dev/null || $(PYTHON) -m venv --clear --without-pip $(VENV)
+	touch $@
+
+INSTALL = $(PYTHON) -m pip --python $(BIN)/python install --quiet --disable-pip-version-check --editable
+
+$(VENV)/.package: $(VENV)/.made pyproject.toml
+	$(INSTALL) .
+	touch $@
+
+$(VENV)/.test: $(VENV)/.made pyproject.toml
+	$(INSTALL) '.[test]'
+	touch $@ $(VENV)/.package
+
+$(VENV)/.dev: $(VENV)/.made pyproject.toml
+	$(INSTALL) '.[dev]'
+	touch $@ $(VENV)/.test $(VENV)/.package

@@ -1,0 +1,126 @@
+"""Time per point, with the error reached, of lobex and of its rivals in one run; writes benchmarks/RESULTS.md.
+
+make bench
+"""
+
+import os
+import platform
+import resource
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import jax
+import numpy as np
+
+import lobex
+import thesis_method
+
+TOOL = lobex.Modes.single(frequency=146.5, damping_ratio=0.0032, mass=2.573)
+MILL = lobex.Milling(TOOL, teeth=1, tangential=5.5e8, normal=2e8, radial_immersion=0.5, direction="down")
+ROD = lobex.Rub(lobex.Rod(5).modes(0.03))
+GRIDS = {
+    "Appendix B, rub, 351×401, n = 5": (
+        ROD,
+        np.linspace(50, 400, 351),
+        np.linspace(4.5e4, 4.5e6, 401),
+        lobex.Chebyshev(40),
+    ),
+    "§3.4, milling, 301×301": (
+        MILL,
+        np.linspace(2000, 25000, 301) / 60,
+        np.linspace(0, 5e-3, 301),
+        lobex.Chebyshev(24),
+    ),
+}
+SAMPLE = 64
+
+
+def seconds(function: Callable[[], object]) -> float:
+    """Wall time of one call."""
+    begun = time.perf_counter()
+    function()
+    return time.perf_counter() - begun
+
+
+def sample_of(speeds: np.ndarray, gains: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Indices of random grid points."""
+    rng = np.random.default_rng(0)
+    return rng.integers(0, len(speeds), SAMPLE), rng.integers(0, len(gains), SAMPLE)
+
+
+def measure(name: str) -> list[str]:
+    """The rows of one grid."""
+    process, speeds, gains, method = GRIDS[name]
+    points = len(speeds) * len(gains)
+    cold = seconds(lambda: lobex.sweep(process, speeds, gains, method))
+    charts: list[lobex.Chart] = []
+    warm = min(seconds(lambda: charts.append(lobex.sweep(process, speeds, gains, method))) for _ in range(2))
+    i, j = sample_of(speeds, gains)
+    converged = lobex.spectral_radius(process, speeds[i], gains[j], lobex.Chebyshev(80))
+    error = np.max(np.abs(charts[-1].spectral_radius[i, j] / converged - 1))
+    own = warm / points
+    rows = [f"| {name} | lobex.sweep, {method.nodes} nodes | {1e6 * own:.1f} µs | {error:.0e} | 1 |"]
+
+    lobex.monodromy(process, speeds[i], gains[j], method)
+    found: list[np.ndarray] = []
+    batch = seconds(
+        lambda: found.append(np.abs(np.linalg.eigvals(lobex.monodromy(process, speeds[i], gains[j], method))).max(-1))
+    )
+    error = np.max(np.abs(found[0] / converged - 1))
+    rows.append(
+        f"| | NumPy eigvals of the same reduced operators | {1e6 * batch / SAMPLE:.0f} µs | {error:.0e} | "
+        f"{batch / SAMPLE / own:.0f} |"
+    )
+    if process is ROD:
+        few = 8
+        radii: list[float] = []
+        loop = seconds(
+            lambda: radii.extend(
+                thesis_method.spectral_radius(ROD.modes, speeds[a], gains[b])
+                for a, b in zip(i[:few], j[:few], strict=True)
+            )
+        )
+        error = np.max(np.abs(np.array(radii) / converged[:few] - 1))
+        rows.append(
+            f"| | Appendix B's 400×400 operator in a SciPy loop ({few} points) | {1e6 * loop / few:.0f} µs | "
+            f"{error:.0e} | {loop / few / own:.0f} |"
+        )
+    rows.append(f"| | the whole grid: {warm:.1f} s warm, {cold:.1f} s with compiling | | | |")
+    return rows
+
+
+def main() -> None:
+    """Measure every grid and write the table."""
+    rows = [row for name in GRIDS for row in measure(name)]
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+    cpu = next((line.split(":")[1].strip() for line in _cpuinfo() if line.startswith("model name")), platform.machine())
+    text = "\n".join(
+        [
+            "# Measured",
+            "",
+            "Made by `make bench`. Time per point, the largest relative error of max|μ| over a random sample of "
+            f"{SAMPLE} grid points against 80 nodes and the dense solver, and how many times lobex.sweep is faster, "
+            "all in one run.",
+            "",
+            "| grid | method | time per point | error | ratio |",
+            "|---|---|---|---|---|",
+            *rows,
+            "",
+            f"Peak memory of the run: {peak:.2f} GB. Machine: {cpu}, {os.cpu_count()} cores, "
+            f"{platform.system()}; Python {platform.python_version()}, jax {jax.__version__}, "
+            f"NumPy {np.__version__}.",
+            "",
+        ]
+    )
+    Path(__file__).with_name("RESULTS.md").write_text(text)
+    print(text)
+
+
+def _cpuinfo() -> list[str]:
+    path = Path("/proc/cpuinfo")
+    return path.read_text().splitlines() if path.exists() else []
+
+
+if __name__ == "__main__":
+    main()

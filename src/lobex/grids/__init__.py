@@ -1,0 +1,1 @@
+"""Evaluation over whole grids, in chunks of bounded memory."""

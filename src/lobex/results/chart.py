@@ -1,0 +1,104 @@
+"""The result of a sweep."""
+
+import os
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lobex.processes.quantity import Quantity
+from lobex.results.description import in_words
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Chart:
+    """A stability lobe diagram: the dominant Floquet multiplier over a (speed, gain) grid.
+
+    Attributes:
+        speed: (n,), Hz.
+        gain: (m,), in ``quantity.unit``.
+        spectral_radius: max|μ|, (n, m): stable below 1, unstable above, NaN where a point failed.
+        multiplier: the dominant μ, complex, Im ≥ 0, (n, m).
+        chatter_frequency: frequency that carries most of the motion, Hz, (n, m).
+        quantity: what the gain is.
+        speed_unit: "Hz" or "rpm", for axes.
+        process, method: the model and the method, as plain dictionaries.
+        seconds: wall time of the sweep, compiling included.
+        failed: number of points that are NaN.
+        repeated: number of points that the dense eigensolver had to settle.
+    """
+
+    speed: np.ndarray
+    gain: np.ndarray
+    spectral_radius: np.ndarray
+    multiplier: np.ndarray
+    chatter_frequency: np.ndarray
+    quantity: Quantity
+    speed_unit: str
+    process: dict[str, Any]
+    method: dict[str, Any]
+    seconds: float
+    failed: int
+    repeated: int
+
+    def __repr__(self) -> str:
+        per_point = self.seconds / self.spectral_radius.size
+        radius = self.spectral_radius[np.isfinite(self.spectral_radius)]
+        span = f"{radius.min():.6g} to {radius.max():.6g}" if radius.size else "none finite"
+        lines = [
+            f"Chart of {self.process['type']}: {len(self.speed)} speeds × {len(self.gain)} gains",
+            f"  speed            {self.speed[0]:.6g} to {self.speed[-1]:.6g} Hz",
+            f"  gain             {self.gain[0]:.6g} to {self.gain[-1]:.6g} {self.quantity.unit}"
+            f" ({self.quantity.name} {self.quantity.symbol})",
+            f"  spectral radius  {span}",
+            f"  method           {in_words(self.method)}",
+            f"  wall time        {self.seconds:.2f} s, {1e6 * per_point:.3g} µs a point",
+            f"  settled densely  {self.repeated} points",
+            f"  failed           {self.failed} points",
+        ]
+        return "\n".join(lines)
+
+    def critical_gain(self) -> np.ndarray:
+        """Smallest gain, per speed, at which the map crosses from stable to unstable, (n,).
+
+        Linear in log max|μ| between the two grid gains around the crossing, so good to the grid and no
+        better. NaN where the grid holds no such crossing, also where its lowest gain is already unstable,
+        or where a point that failed comes before it.
+        """
+        with np.errstate(divide="ignore"):
+            growth = np.log(self.spectral_radius)
+        unstable = ~(growth < 0)
+        first = np.argmax(unstable, axis=1)
+        found = unstable.any(axis=1) & (first > 0)
+        lane = np.arange(len(self.speed))
+        above, below = growth[lane, first], growth[lane, np.maximum(first - 1, 0)]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            # From a vanishing multiplier the crossing is put at the unstable point.
+            share = np.where(np.isneginf(below), 1.0, -below / (above - below))
+            low, high = self.gain[np.maximum(first - 1, 0)], self.gain[first]
+            return np.where(found, low + share * (high - low), np.nan)
+
+    def plot(self, ax: "Axes | None" = None, speed_unit: str | None = None) -> "Axes":
+        """A filled map of max|μ| with the stability limit drawn; returns the axes.
+
+        ``speed_unit`` is "Hz" or "rpm", by default what the process is usually drawn in.
+        """
+        from lobex.plots.chart import plot_chart
+
+        return plot_chart(self, ax, speed_unit)
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """The chart as a labelled dataset, with units and the model in its attributes."""
+        from lobex.results.netcdf import chart_to_dataset
+
+        return chart_to_dataset(self)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the chart to a NetCDF-4 file, which ``lobex.load`` reads back; all at once or not at all."""
+        from lobex.results.netcdf import save_chart
+
+        save_chart(self, path)

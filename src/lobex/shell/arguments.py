@@ -1,0 +1,194 @@
+"""The commands and their flags, as dataclasses whose docstrings are the manual."""
+
+from dataclasses import dataclass
+from typing import Annotated, Any, ClassVar
+
+import numpy as np
+import tyro
+
+from lobex import _checks
+
+
+def parse_range(name: str, text: str, unit: str) -> np.ndarray:
+    """Read ``low:high:count`` as a grid with both ends."""
+    wrong = f"{name} = {text!r} is not low:high:count with two or more values; give such as 50:400:351"
+    try:
+        first, last, number = text.split(":")
+        low, high, count = float(first), float(last), int(number)
+    except ValueError:
+        raise ValueError(wrong) from None
+    if count < 2:
+        raise ValueError(wrong)
+    return _checks.grid(name, np.linspace(low, high, count), unit)
+
+
+Range = Annotated[str, tyro.conf.arg(metavar="LOW:HIGH:COUNT")]
+
+
+def _count(hint: str) -> Any:
+    return tyro.conf.arg(metavar="INT", help_behavior_hint=f"(default: {hint})")
+
+
+@dataclass(frozen=True)
+class Discretization:
+    """How the monodromy operator is built."""
+
+    method: Annotated[str, tyro.conf.arg(metavar="chebyshev|sdm")] = "chebyshev"
+    """Collocation (spectrally accurate) or semi-discretization (second order)."""
+    nodes: Annotated[int | None, _count("40")] = None
+    """Chebyshev nodes per smooth piece of the delay."""
+    aligned: bool = True
+    """End the Chebyshev pieces where a tooth enters or leaves; --no-aligned is the thesis' single interval."""
+    steps: Annotated[int | None, _count("40")] = None
+    """Semi-discretization steps per delay."""
+    order: Annotated[int | None, _count("0")] = None
+    """Semi-discretization order, 0, 1 or 2; 0 is the thesis' mean of two samples."""
+
+
+@dataclass(frozen=True)
+class Output:
+    """What is written and shown."""
+
+    out: Annotated[str | None, tyro.conf.arg(metavar="PATH", help_behavior_hint="(default: the process' name)")] = None
+    """Path without ending of the two files, PATH.nc and PATH.png."""
+    quiet: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    """No progress bar and no summary."""
+
+
+@dataclass(frozen=True)
+class Rub:
+    """A blade rubbing an abradable casing in permanent contact: the thesis' clamped rod.
+
+    Axes: rotational frequency (Hz) and contact stiffness K_e (N/m). The defaults are Appendix B's grid.
+
+    Example: lobex lobes rub --speed 50:400:351 --gain 4.5e4:4.5e6:401 --elements 5 --out rub
+    """
+
+    speed: Range = "50:400:351"
+    """Rotational frequencies, Hz."""
+    gain: Range = "4.5e4:4.5e6:401"
+    """Contact stiffnesses K_e, N/m."""
+    elements: int = 5
+    """Truss elements of the rod, which is also its number of modes."""
+    damping_ratio: float = 0.03
+    """Modal damping ratio ξ (0.03 in the thesis' text, 0.0177 in its Appendix B)."""
+    keep: Annotated[tuple[int, ...], tyro.conf.arg(metavar="MODE ...")] = ()
+    """Mode numbers to keep, counted from 1, such as '--keep 1 2'; all if not given."""
+    young_modulus: float = 210e7
+    """Young's modulus E, Pa."""
+    density: float = 4600.0
+    """Density ρ, kg/m³."""
+    length: float = 0.5
+    """Length L, m."""
+    area: float = 10e-4
+    """Cross-section S, m²."""
+    discretization: Discretization = Discretization()
+    output: Output = Output()
+
+    name: ClassVar[str] = "rub"
+
+
+@dataclass(frozen=True)
+class Tool:
+    """The mode of the tool."""
+
+    frequency: float = 146.5
+    """Natural frequency of the tool, Hz."""
+    damping_ratio: float = 0.0032
+    """Damping ratio of the tool."""
+    mass: float = 2.573
+    """Modal mass of the tool, kg."""
+
+
+@dataclass(frozen=True)
+class Milling:
+    """Milling with a flexible tool. Axes: spindle speed (rpm) and axial depth of cut b (m).
+
+    The defaults are §3.4's tool and grid.
+
+    Example: lobex lobes milling --rpm 2000:25000:301 --gain 0:5e-3:301 --teeth 1 --radial-immersion 0.5
+    """
+
+    rpm: Range = "2000:25000:301"
+    """Spindle speeds, rpm."""
+    gain: Range = "0:5e-3:301"
+    """Axial depths of cut b, m."""
+    teeth: int = 1
+    """Number of teeth."""
+    radial_immersion: float = 0.5
+    """Radial depth of cut divided by tool diameter, above 0 and up to 1."""
+    direction: str = "down"
+    """'down' or 'up' milling."""
+    directions: int = 1
+    """1: the tool bends along the feed; 2: with the same mode across the feed, too."""
+    tangential: float = 5.5e8
+    """Tangential specific cutting force K_t, N/m²."""
+    normal: float = 2e8
+    """Normal specific cutting force K_n, N/m²."""
+    tool: Tool = Tool()
+    discretization: Discretization = Discretization()
+    output: Output = Output()
+
+    name: ClassVar[str] = "milling"
+
+
+@dataclass(frozen=True)
+class Turning:
+    """Turning with a flexible tool. Axes: spindle speed (rpm) and depth of cut b (m).
+
+    The tool's defaults are §3.4's.
+
+    Example: lobex lobes turning --rpm 2000:12000:301 --gain 0:5e-4:301 --radial 2e8
+    """
+
+    rpm: Range = "2000:12000:301"
+    """Spindle speeds, rpm."""
+    gain: Range = "0:5e-4:301"
+    """Depths of cut b, m."""
+    radial: float = 2e8
+    """Radial specific cutting force K_r, N/m²."""
+    tool: Tool = Tool()
+    discretization: Discretization = Discretization()
+    output: Output = Output()
+
+    name: ClassVar[str] = "turning"
+
+
+@dataclass(frozen=True)
+class Mathieu:
+    """The damped delayed Mathieu equation ẍ + c ẋ + (δ + ε cos 2πt/T) x = b x(t − T), T = 1/speed.
+
+    Axes: speed (Hz; the field's T = 2π is speed 1/2π = 0.159) and delayed gain b.
+
+    Example: lobex lobes mathieu --delta 3 --epsilon 2 --damping 0.1 --gain -1.5:1.5:201
+    """
+
+    speed: Range = "0.08:0.5:201"
+    """Speeds 1/T, Hz."""
+    gain: Range = "-1.5:1.5:201"
+    """Delayed gains b, of either sign."""
+    delta: float = 3.0
+    """Stiffness δ."""
+    epsilon: float = 2.0
+    """Amplitude ε of the stiffness' variation."""
+    damping: float = 0.1
+    """Damping c."""
+    discretization: Discretization = Discretization()
+    output: Output = Output()
+
+    name: ClassVar[str] = "mathieu"
+
+
+LobeCommand = (
+    Annotated[Rub, tyro.conf.subcommand("rub")]
+    | Annotated[Milling, tyro.conf.subcommand("milling")]
+    | Annotated[Turning, tyro.conf.subcommand("turning")]
+    | Annotated[Mathieu, tyro.conf.subcommand("mathieu")]
+)
+
+
+@dataclass(frozen=True)
+class Lobes:
+    """Draw a stability lobe diagram: max|μ| over a grid of speeds and gains, to OUT.nc and OUT.png."""
+
+    process: tyro.conf.OmitSubcommandPrefixes[tyro.conf.OmitArgPrefixes[LobeCommand]]

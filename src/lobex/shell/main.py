@@ -1,0 +1,72 @@
+"""``lobex``: arguments in, files, pictures and a short summary out."""
+
+import contextlib
+import io
+import re
+import sys
+import warnings
+from typing import NoReturn
+
+import tyro
+
+from lobex.shell.arguments import Lobes
+
+
+def main() -> None:
+    """Entry point of the ``lobex`` command; bad input is one line on standard error and exit code 2."""
+    command = _parse()
+    try:
+        from lobex.shell.lobes import run_lobes
+
+        warnings.showwarning = _one_line_warning
+        run_lobes(command)
+    except ValueError as error:
+        _refuse(str(error))
+    except KeyboardInterrupt:
+        print("lobex: interrupted; nothing was written", file=sys.stderr)
+        raise SystemExit(130) from None
+
+
+def _parse() -> Lobes:
+    errors = io.StringIO()
+    try:
+        with contextlib.redirect_stderr(errors):
+            return tyro.extras.subcommand_cli_from_dict(
+                {"lobes": Lobes},
+                prog="lobex",
+                description=(
+                    "Stability lobe diagrams of delayed systems: blade rub, turning and milling.\n\n"
+                    "Example: lobex lobes rub --speed 50:400:351 --gain 4.5e4:4.5e6:401 --out rub"
+                ),
+                args=sys.argv[1:] or ["--help"],
+            )
+    except SystemExit as stop:
+        if stop.code in (0, None):
+            raise
+        _refuse(_first_sentence(errors.getvalue()))
+
+
+def _first_sentence(box: str) -> str:
+    """The message at the top of the parser's framed error, as one line."""
+    lines = []
+    for line in re.sub(r"\x1b\[[0-9;]*m", "", box).splitlines():
+        text = line.strip(" │")
+        if text.startswith("──") and lines:
+            break
+        if text and not text.startswith(("╭", "╰", "──")):
+            lines.append(text)
+    commands = [word for word in sys.argv[1:3] if not word.startswith("-")]
+    return f"{' '.join(lines)}; see {' '.join(['lobex', *commands])} --help"
+
+
+def _refuse(message: str) -> NoReturn:
+    print(f"lobex: error: {message}", file=sys.stderr)
+    raise SystemExit(2) from None
+
+
+def _one_line_warning(message: object, *_: object, **__: object) -> None:
+    print(f"lobex: warning: {message}", file=sys.stderr)
+
+
+if __name__ == "__main__":
+    main()

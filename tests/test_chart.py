@@ -1,0 +1,122 @@
+"""The chart as text, file and picture."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+import xarray
+from matplotlib.contour import QuadContourSet
+
+import lobex
+from cases import MILL, ROD
+
+
+@pytest.fixture(scope="module")
+def chart():
+    return lobex.sweep(MILL, np.linspace(3e3, 25e3, 12) / 60, np.linspace(0, 5e-3, 10), lobex.Chebyshev(24))
+
+
+def test_printing_tells_what_was_done(chart):
+    text = repr(chart)
+    for part in ("12 speeds × 10 gains", "Chebyshev(nodes=24", "µs a point", "failed           0", "depth of cut b"):
+        assert part in text
+
+
+def test_saving_and_loading_returns_the_same_chart(chart, tmp_path):
+    path = tmp_path / "mill.nc"
+    chart.save(path)
+    again = lobex.load(path)
+    for name, value in vars(chart).items():
+        if isinstance(value, np.ndarray):
+            assert getattr(again, name).dtype == value.dtype
+            np.testing.assert_array_equal(getattr(again, name), value)
+        else:
+            assert getattr(again, name) == value
+    chart.save(path)
+    assert [p.name for p in tmp_path.iterdir()] == ["mill.nc"]
+
+
+def test_the_file_is_plain_netcdf_with_units(chart, tmp_path):
+    chart.save(tmp_path / "mill.nc")
+    with xarray.open_dataset(tmp_path / "mill.nc", engine="h5netcdf") as data:
+        assert data["spectral_radius"].dims == ("speed", "gain")
+        assert data["gain"].attrs["units"] == "m"
+        assert data["chatter_frequency"].attrs["units"] == "Hz"
+        assert "radial_immersion" in data.attrs["process"]
+        modulus = np.hypot(data["multiplier_real"], data["multiplier_imag"])
+        np.testing.assert_allclose(modulus, data["spectral_radius"], rtol=1e-14)
+
+
+def test_dataset_is_labelled(chart):
+    data = chart.to_xarray()
+    nearest = data["spectral_radius"].sel(speed=chart.speed[3], gain=chart.gain[4])
+    assert float(nearest) == chart.spectral_radius[3, 4]
+    assert np.iscomplexobj(data["multiplier"])
+
+
+def test_chatter_frequency_is_one_of_the_multipliers_frequencies(chart):
+    tau = 1 / chart.speed[:, None]
+    turns = chart.chatter_frequency * tau
+    offset = np.abs(np.angle(chart.multiplier)) / (2 * np.pi)
+    distance = np.minimum(np.abs((turns - offset + 0.5) % 1 - 0.5), np.abs((turns + offset + 0.5) % 1 - 0.5))
+    assert np.max(distance) < 1e-9
+    assert np.all(np.abs(chart.chatter_frequency - 146.5) < 0.75 * chart.speed[:, None] + 30)
+
+
+def test_a_picture_has_units_a_legend_and_the_limit(chart):
+    axes = chart.plot()
+    assert axes.get_xlabel() == "spindle speed (rpm)"
+    assert axes.get_ylabel() == "depth of cut $b$ (mm)"
+    assert axes.get_xlim() == pytest.approx((3e3, 25e3))
+    assert axes.get_ylim() == pytest.approx((0, 5))
+    labels = [text.get_text() for text in axes.get_legend().get_texts()]
+    assert [label.split(",")[0] for label in labels] == ["stable", "unstable", "stability limit"]
+    assert axes.figure.axes[1].get_ylabel() == "spectral radius max|μ|"
+    _, other = plt.subplots()
+    assert chart.plot(ax=other, speed_unit="Hz") is other
+    assert other.get_xlabel() == "rotational frequency (Hz)"
+
+
+def test_the_limit_is_drawn_where_the_map_crosses_one():
+    chart = lobex.sweep(ROD, np.linspace(150, 250, 21), np.linspace(1e5, 1e6, 31))
+    axes = chart.plot()
+    limits = [c for c in axes.collections if isinstance(c, QuadContourSet)]
+    assert len(limits) == 1
+    vertices = np.concatenate([path.vertices for path in limits[0].get_paths()])
+    critical = chart.critical_gain() / 1e6
+    for speed, gain in zip(chart.speed, critical, strict=True):
+        if np.isfinite(gain):
+            assert np.min(np.hypot((vertices[:, 0] - speed) / 100, vertices[:, 1] - gain)) < 0.02
+
+
+def test_a_picture_without_a_crossing_draws_no_limit():
+    chart = lobex.sweep(ROD, [80.0, 90.0], [1e4, 2e4])
+    assert len(chart.plot().get_legend().get_texts()) == 2
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda chart, tmp: chart.save(tmp / "no" / "x.nc"), "there is no folder"),
+        (lambda chart, tmp: chart.save(tmp), "not a file name"),
+        (lambda chart, tmp: chart.save("/proc/x.nc"), "cannot be written"),
+        (lambda chart, tmp: chart.plot(speed_unit="rad/s"), "speed_unit = 'rad/s'"),
+        (lambda chart, tmp: lobex.load(tmp / "none.nc"), "is not a file"),
+        (lambda chart, tmp: lobex.load(_write(tmp / "text.nc", b"plain text")), "no readable NetCDF-4"),
+        (lambda chart, tmp: lobex.load(_foreign(tmp / "other.nc")), "not a lobex chart"),
+        (lambda chart, tmp: lobex.sweep(ROD, [80.0], [1e5]).plot(), "is no map"),
+    ],
+)
+def test_bad_files_and_pictures_are_refused_in_one_line(chart, tmp_path, call, words):
+    with pytest.raises(ValueError) as error:
+        call(chart, tmp_path)
+    assert words in str(error.value)
+
+
+def _write(path, content):
+    path.write_bytes(content)
+    return path
+
+
+def _foreign(path):
+    xarray.Dataset({"x": 1.0}).to_netcdf(path, engine="h5netcdf")
+    return path

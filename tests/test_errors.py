@@ -1,0 +1,78 @@
+"""Bad input to processes, methods and verbs: one line that names argument, value and remedy."""
+
+import numpy as np
+import pytest
+
+import lobex
+from cases import MILL, MULTIPLIER_TOOLS, ROD, milling
+
+TOOL = MULTIPLIER_TOOLS["Insperger-Stepan"]
+GOOD = [1e5, 2e5]
+
+
+def mill(**changes):
+    return milling(
+        {**TOOL, "teeth": changes.get("teeth", 2)}, changes.get("immersion", 0.5), changes.get("direction", "up")
+    )
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: mill(teeth=0), "teeth = 0"),
+        (lambda: mill(teeth=1.5), "teeth = 1.5"),
+        (lambda: mill(immersion=0.0), "radial_immersion = 0 "),
+        (lambda: mill(immersion=1.2), "radial_immersion = 1.2"),
+        (lambda: mill(immersion=-0.1), "radial_immersion = -0.1"),
+        (lambda: mill(immersion=np.nan), "radial_immersion = nan"),
+        (lambda: mill(direction="sideways"), "direction = 'sideways'"),
+        (lambda: lobex.Turning(ROD.modes, radial=0.0), "radial = 0"),
+        (lambda: lobex.DelayedMathieu(delta=1.0, epsilon=0.1, damping=-0.2), "damping = -0.2"),
+        (lambda: lobex.Scalar(np.inf), "a = inf"),
+        (lambda: lobex.Chebyshev(nodes=1), "nodes = 1"),
+        (lambda: lobex.Chebyshev(nodes=20.0), "nodes = 20.0"),
+        (lambda: lobex.SemiDiscretization(steps=0), "steps = 0"),
+        (lambda: lobex.SemiDiscretization(order=3), "order = 3"),
+        (lambda: lobex.spectral_radius(ROD, 0.0, 1e5), "speed = 0"),
+        (lambda: lobex.spectral_radius(ROD, -5.0, 1e5), "speed = -5"),
+        (lambda: lobex.spectral_radius(ROD, np.nan, 1e5), "speed = nan"),
+        (lambda: lobex.spectral_radius(ROD, [50.0, np.inf], 1e5), "speed = [50, inf]"),
+        (lambda: lobex.spectral_radius(ROD, "fast", 1e5), "speed = 'fast'"),
+        (lambda: lobex.spectral_radius(ROD, 50.0, -1.0), "gain = -1"),
+        (lambda: lobex.spectral_radius(ROD, 50.0, np.nan), "gain = nan"),
+        (lambda: lobex.spectral_radius(ROD, [50.0, 60.0], [1.0, 2.0, 3.0]), "give shapes that broadcast"),
+        (lambda: lobex.spectral_radius(ROD, 85.0, 1e5, "sdm"), "method = 'sdm'"),
+        (lambda: lobex.spectral_radius(ROD, 85.0, 1e5, lobex.Chebyshev), "is no method"),
+        (lambda: lobex.spectral_radius(lobex.Rub, 85.0, 1e5), "is no process"),
+        (lambda: lobex.multipliers(MILL, 12_000.0, 1e-3), "rpm/60"),
+        (lambda: lobex.sweep(ROD, [], GOOD), "speed is empty"),
+        (lambda: lobex.sweep(ROD, [60.0, 50.0], GOOD), "speed = [60, 50] is not strictly increasing"),
+        (lambda: lobex.sweep(ROD, [50.0, 50.0], GOOD), "not strictly increasing"),
+        (lambda: lobex.sweep(ROD, [[50.0, 60.0]], GOOD), "speed has shape (1, 2)"),
+        (lambda: lobex.sweep(ROD, 50.0, GOOD), "speed has shape ()"),
+        (lambda: lobex.sweep(ROD, [0.0, 60.0], GOOD), "speed = [0, 60]"),
+        (lambda: lobex.sweep(ROD, [50.0, 60.0], []), "gain is empty"),
+        (lambda: lobex.sweep(ROD, [50.0, 60.0], [2.0, 1.0]), "gain = [2, 1]"),
+        (lambda: lobex.sweep(ROD, [50.0, 60.0], [-1.0, 1.0]), "gain = [-1, 1]"),
+        (lambda: lobex.sweep(ROD, [50.0, np.nan], GOOD), "speed = [50, nan]"),
+        (lambda: lobex.sweep(None, [50.0, 60.0], GOOD), "process = None"),
+        (lambda: lobex.sweep(ROD, [50.0, 60.0], GOOD, method=40), "method = 40"),
+        (lambda: ROD.system(-1.0, 1.0), "speed = -1"),
+    ],
+)
+def test_bad_input_is_refused_in_one_line(call, words):
+    with pytest.raises(ValueError) as error:
+        call()
+    assert words in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_an_unknown_name_is_an_attribute_error():
+    with pytest.raises(AttributeError, match="wobble"):
+        _ = lobex.wobble
+
+
+def test_three_contact_directions_cannot_mill():
+    modes = lobex.Modes([10.0], [0.1], [[1.0, 1.0, 1.0]])
+    with pytest.raises(ValueError, match="3 contact directions"):
+        lobex.Milling(modes, teeth=2, tangential=1e8, normal=1e8, radial_immersion=0.5)

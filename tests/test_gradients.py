@@ -1,0 +1,110 @@
+"""Derivatives of the spectral radius against central differences and closed forms."""
+
+from dataclasses import replace
+
+import jax
+import numpy as np
+import pytest
+
+import lobex
+from cases import MILL, MULTIPLIER_TOOLS, ROD, milling
+
+MATHIEU = lobex.DelayedMathieu(delta=3.0, epsilon=2.0, damping=0.1)
+FAST = milling({**MULTIPLIER_TOOLS["Insperger-Stepan"], "teeth": 4}, 0.4, "up", 2)
+POINTS = [
+    (ROD, 85.0, 1.35e6, lobex.Chebyshev(40)),
+    (ROD, 112.0, 4.5e5, lobex.SemiDiscretization(48, order=1)),
+    (MILL, 133.0, 3e-3, lobex.Chebyshev(24)),
+    (MILL, 50.0, 1e-3, lobex.SemiDiscretization(40)),
+    (FAST, 60.0, 4e-4, lobex.Chebyshev(24)),
+    (MATHIEU, 1 / (2 * np.pi), -0.15, lobex.Chebyshev(32)),
+]
+
+
+def directional(function, at, direction, step):
+    """Fourth-order central difference along a direction."""
+
+    def along(t):
+        return float(function(jax.tree.map(lambda a, d: a + t * step * d, at, direction)))
+
+    return (8 * (along(1) - along(-1)) - (along(2) - along(-2))) / (12 * step)
+
+
+@pytest.mark.parametrize(("process", "speed", "gain", "method"), POINTS)
+def test_gradient_of_everything_against_differences(process, speed, gain, method):
+    with jax.enable_x64(True):
+        at = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=float), (process, speed, gain))
+        function = jax.jit(lambda p: lobex.spectral_radius(*p, method))
+        gradient = jax.grad(function)(at)
+        leaves = jax.tree.leaves(at)
+        structure = jax.tree.structure(at)
+        for index in range(len(leaves)):
+            direction = [np.zeros_like(leaf) for leaf in leaves]
+            direction[index] = np.where(leaves[index] == 0, 0.0, np.abs(leaves[index]))
+            moved = jax.tree.unflatten(structure, direction)
+            difference = directional(function, at, moved, 1e-4)
+            exact = sum(np.sum(g * d) for g, d in zip(jax.tree.leaves(gradient), direction, strict=True))
+            assert exact == pytest.approx(difference, rel=1e-6, abs=1e-8)
+
+
+@pytest.mark.parametrize("process", [ROD, MILL, FAST, lobex.Turning(ROD.modes, radial=1e9)])
+@pytest.mark.parametrize("method", [lobex.Chebyshev(48), lobex.SemiDiscretization(40)])
+def test_gain_zero_has_finite_values_and_gradients(process, method):
+    with jax.enable_x64(True):
+        slopes = jax.grad(lambda p, s, g: lobex.spectral_radius(p, s, g, method), argnums=(0, 1, 2))(process, 90.0, 0.0)
+        assert all(np.isfinite(leaf).all() for leaf in jax.tree.leaves(slopes))
+        forward = jax.jvp(lambda g: lobex.spectral_radius(process, 90.0, g, method), (0.0,), (1.0,))[1]
+    assert float(forward) == pytest.approx(float(slopes[2]), rel=1e-10)
+
+
+def test_gain_zero_derivative_by_speed_is_that_of_the_free_decay():
+    with jax.enable_x64(True):
+        slope = jax.grad(lambda s: lobex.spectral_radius(MILL, s, 0.0))(50.0)
+    rate = float(MILL.modes.damping_ratio[0] * MILL.modes.angular_frequency[0])
+    assert float(slope) == pytest.approx(np.exp(-rate / 50) * rate / 50**2, rel=1e-9)
+
+
+def test_gradient_through_an_immersion_that_is_only_known_when_traced():
+    tool = MULTIPLIER_TOOLS["Insperger-Stepan"]
+
+    def radius(immersion, teeth):
+        template = milling({**tool, "teeth": teeth}, 0.3, "down")
+        process = lobex.Milling(template.modes, teeth, template.tangential, template.normal, immersion)
+        return lobex.spectral_radius(process, 80.0, 8e-4, lobex.Chebyshev(40))
+
+    with jax.enable_x64(True):
+        for teeth in (2, 6):
+            traced = float(jax.jit(radius, static_argnums=1)(0.3, teeth))
+            assert traced == pytest.approx(float(radius(0.3, teeth)), rel=1e-10)
+            difference = directional(lambda a, teeth=teeth: radius(a, teeth), 0.3, 0.3, 1e-4)
+            assert float(jax.grad(radius)(0.3, teeth)) * 0.3 == pytest.approx(difference, rel=1e-6)
+
+
+def test_gradient_through_the_rod_obeys_the_stiffness_scaling_law():
+    # max|μ| is unchanged by E → αE, f → √α f, K → αK.
+    with jax.enable_x64(True):
+
+        def radius(log_e, log_f, log_k):
+            rod = lobex.Rod(5, young_modulus=210e7 * jax.numpy.exp(log_e))
+            return lobex.spectral_radius(
+                lobex.Rub(rod.modes()), 85.0 * jax.numpy.exp(log_f), 1.3e6 * jax.numpy.exp(log_k)
+            )
+
+        by_e, by_f, by_k = jax.grad(radius, argnums=(0, 1, 2))(0.0, 0.0, 0.0)
+    assert float(by_e) + float(by_f) / 2 + float(by_k) == pytest.approx(0, abs=1e-8)
+    assert abs(float(by_k)) > 0.1
+
+
+def test_vmap_over_a_model_parameter():
+    with jax.enable_x64(True):
+        ratios = np.array([0.01, 0.03, 0.05])
+        radii = jax.vmap(lambda r: lobex.spectral_radius(lobex.Rub(lobex.Rod(4).modes(r)), 85.0, 6e5))(ratios)
+    single = [lobex.spectral_radius(lobex.Rub(lobex.Rod(4).modes(float(r))), 85.0, 6e5) for r in ratios]
+    assert np.asarray(radii) == pytest.approx(np.array(single), rel=1e-11)
+
+
+def test_replacing_the_immersion_renews_the_layout():
+    process = milling({**MULTIPLIER_TOOLS["Insperger-Stepan"], "teeth": 4}, 0.05, "down")
+    assert process.layout == ("cut", "idle")
+    assert replace(process, radial_immersion=0.9).layout == ("cut", "cut")
+    assert replace(process, radial_immersion=1.0).layout == ("cut",)

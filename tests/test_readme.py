@@ -1,0 +1,53 @@
+"""The README's code runs, and says what it says."""
+
+import re
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+README = (Path(__file__).parents[1] / "README.md").read_text()
+PYTHON = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
+SHELL = [line for block in re.findall(r"```sh\n(.*?)```", README, re.DOTALL) for line in block.splitlines()]
+
+
+def test_python_blocks_run_in_order_and_print_what_they_say(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    for block in PYTHON:
+        exec(compile(block, "README.md", "exec"), names)
+    printed = capsys.readouterr().out
+    claim = re.search(r"# (\[0\..*\])", PYTHON[0])
+    assert claim is not None
+    assert claim.group(1) in printed
+    assert np.isfinite(names["limit"]).sum() > 20
+    assert {p.name for p in tmp_path.iterdir()} == {"rub.png", "rub.nc"}
+
+
+@pytest.mark.parametrize("line", [line for line in SHELL if line.startswith("lobex ")])
+def test_shell_lines_run_on_a_coarser_grid(line, tmp_path):
+    words = [re.sub(r":\d+$", ":3", word) for word in shlex.split(line)[1:]]
+    done = subprocess.run(
+        [sys.executable, "-m", "lobex.shell.main", *words, *_small_grid(words)],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert done.returncode == 0, done.stderr
+    assert {p.suffix for p in tmp_path.iterdir()} == {".nc", ".png"}
+
+
+def _small_grid(words: list[str]) -> list[str]:
+    return [] if "--gain" in words else ["--speed", "0.1:0.3:3", "--gain", "-1:1:3"]
+
+
+def test_make_lines_name_targets_of_the_makefile():
+    makefile = (Path(__file__).parents[1] / "Makefile").read_text()
+    targets = [line.split()[1] for line in SHELL if line.startswith("make ")]
+    assert targets == ["demo", "test"]
+    for target in targets:
+        assert re.search(rf"^{target}:", makefile, re.MULTILINE)

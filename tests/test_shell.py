@@ -1,0 +1,112 @@
+"""The command line, run as a user runs it."""
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import lobex
+
+
+def run(*arguments, cwd=None):
+    """Run ``lobex`` in a process of its own."""
+    command = [sys.executable, "-m", "lobex.shell.main", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=300, cwd=cwd)
+
+
+SMALL = {
+    "rub": ("--speed", "60:400:5", "--gain", "4.5e4:4.5e6:7", "--elements", "3", "--keep", "1", "2"),
+    "milling": ("--rpm", "5000:25000:4", "--gain", "0:5e-3:6", "--teeth", "2", "--directions", "2", "--nodes", "20"),
+    "turning": ("--rpm", "4000:9000:4", "--gain", "0:4e-4:5", "--method", "sdm", "--steps", "30", "--order", "1"),
+    "mathieu": ("--speed", "0.1:0.3:4", "--gain", "-1:1:5", "--delta", "2", "--nodes", "24"),
+}
+
+
+@pytest.mark.parametrize("name", SMALL)
+def test_each_process_writes_its_file_picture_and_summary(name, tmp_path):
+    done = run("lobes", name, *SMALL[name], "--out", "here", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["here.nc", "here.png"]
+    chart = lobex.load(tmp_path / "here.nc")
+    assert np.isfinite(chart.spectral_radius).all()
+    assert min(Image.open(tmp_path / "here.png").size) > 500
+    for part in ("speeds ×", "method", "wall time", "limit", "here.nc"):
+        assert part in done.stdout
+
+
+def test_the_shell_computes_what_the_library_computes(tmp_path):
+    arguments = ("--rpm", "6000:8000:3", "--gain", "1e-3:3e-3:3", "--teeth", "1", "--radial-immersion", "0.5")
+    done = run("lobes", "milling", *arguments, "--direction", "down", "--nodes", "32", "--quiet", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == ""
+    assert done.stderr == ""
+    tool = lobex.Modes.single(frequency=146.5, damping_ratio=0.0032, mass=2.573)
+    process = lobex.Milling(tool, teeth=1, tangential=5.5e8, normal=2e8, radial_immersion=0.5)
+    speeds = np.linspace(6000, 8000, 3)[:, None] / 60
+    exact = lobex.spectral_radius(process, speeds, np.linspace(1e-3, 3e-3, 3), lobex.Chebyshev(32))
+    assert lobex.load(tmp_path / "milling.nc").spectral_radius == pytest.approx(exact, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("lobes", "rub", "--speed", "50:nan:10"), "speed = "),
+        (("lobes", "rub", "--speed", "0:50:10"), "speed = [0, "),
+        (("lobes", "rub", "--speed", "-5:50:10"), "speed = [-5, "),
+        (("lobes", "rub", "--speed", "50"), "speed = '50'"),
+        (("lobes", "rub", "--speed", "90:50:10"), "not strictly increasing"),
+        (("lobes", "rub", "--speed", "50:90:2.5"), "speed = '50:90:2.5'"),
+        (("lobes", "rub", "--gain", "-1:5:10"), "gain = [-1, "),
+        (("lobes", "rub", "--elements", "abc"), "--elements"),
+        (("lobes", "rub", "--elements", "0"), "elements = 0"),
+        (("lobes", "rub", "--damping-ratio", "-0.1"), "damping_ratio = -0.1"),
+        (("lobes", "rub", "--keep", "9"), "mode 9 of 5"),
+        (("lobes", "rub", "--nodes", "1"), "nodes = 1"),
+        (("lobes", "rub", "--steps", "9"), "steps = 9"),
+        (("lobes", "rub", "--method", "euler"), "method = 'euler'"),
+        (("lobes", "rub", "--wobble", "9"), "--wobble"),
+        (("lobes", "rub", "--out", "no/such/folder/rub"), "out = "),
+        (("lobes", "rub", "--out", "/proc/rub"), "cannot be written"),
+        (("lobes", "milling", "--teeth", "0"), "teeth = 0"),
+        (("lobes", "milling", "--radial-immersion", "1.5"), "radial_immersion = 1.5"),
+        (("lobes", "milling", "--direction", "sideways"), "direction = 'sideways'"),
+        (("lobes", "milling", "--directions", "3"), "directions = 3"),
+        (("lobes", "milling", "--rpm", "6e5:8e5:9"), "rpm/60"),
+        (("lobes", "turning", "--radial", "0"), "radial = 0"),
+        (("lobes",), "rub"),
+        (("wobble",), "wobble"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_2(arguments, words, tmp_path):
+    done = run(*arguments, cwd=tmp_path)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.startswith("lobex: error: ")
+    assert done.stderr.count("\n") == 1
+    assert words in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("arguments", [(), ("--help",), ("lobes", "--help")])
+def test_help_names_the_commands(arguments):
+    done = run(*arguments)
+    assert done.returncode == 0
+    assert "lobes" in done.stdout
+
+
+@pytest.mark.parametrize("name", SMALL)
+def test_each_help_has_an_example_and_units(name):
+    done = run("lobes", name, "--help")
+    assert done.returncode == 0
+    assert f"Example: lobex lobes {name}" in done.stdout
+    assert "--gain" in done.stdout
+    assert "default:" in done.stdout
+
+
+def test_warnings_are_one_line(tmp_path):
+    done = run("lobes", "rub", "--speed", "8:9:2", "--gain", "1e5:2e5:2", cwd=tmp_path)
+    assert done.returncode == 0
+    assert done.stderr.count("lobex: warning: at speed = 8 Hz") == 1
+    assert "Traceback" not in done.stderr
