@@ -6,6 +6,14 @@ import matplotlib.pyplot as plt
 import pytest
 
 
+@pytest.fixture(autouse=True, scope="session")
+def _cache_of_compilations(tmp_path_factory):
+    """Shell commands keep their compiled programs beside the tests' files and not in the user's cache."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
+        yield
+
+
 @pytest.fixture(autouse=True)
 def _close_figures():
     yield

@@ -44,10 +44,9 @@ def test_multipliers_of_a_real_system_come_in_conjugate_pairs_largest_first(meth
     assert mu[0].imag >= 0
 
 
-@steady
-@given(st.integers(1, 4), st.integers(1, 3), st.integers(0, 10_000))
-def test_a_batch_is_its_single_points(rows, columns, seed):
-    rng = np.random.default_rng(seed)
+@pytest.mark.parametrize(("rows", "columns"), [(1, 1), (1, 3), (4, 1), (3, 2)])
+def test_a_batch_is_its_single_points(rows, columns):
+    rng = np.random.default_rng(rows)
     speeds, gains = rng.uniform(60, 400, (rows, 1)), rng.uniform(0, 4e6, columns)
     batch = lobex.spectral_radius(ROD, speeds, gains)
     single = [[lobex.spectral_radius(ROD, s, g) for g in gains] for s in speeds[:, 0]]

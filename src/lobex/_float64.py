@@ -27,8 +27,8 @@ def in_float64(function: Callable[Arguments, Result]) -> Callable[Arguments, Res
             return function(*args, **kwargs)
         # Inside somebody's jit, plain numbers are still computed with now and not traced.
         with jax.enable_x64(True), jax.ensure_compile_time_eval():
-            wide_args, wide_kwargs = cast(Any, jax.tree.map(_widen, (args, kwargs)))
-            return jax.tree.map(_to_numpy, function(*wide_args, **wide_kwargs))
+            wide: Any = jax.tree.map(_widen, (args, kwargs))
+            return jax.tree.map(_to_numpy, cast(Any, function)(*wide[0], **wide[1]))
 
     return wrapped
 

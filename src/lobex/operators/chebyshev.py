@@ -8,9 +8,9 @@ import numpy as np
 from lobex import _checks
 from lobex._pytree import pytree
 from lobex.operators.exponential import exponential
-from lobex.operators.operator import MonodromyOperator
+from lobex.operators.operator import MonodromyOperator, in_form
 from lobex.processes.feedback import Piece
-from lobex.processes.system import DelaySystem, whole_state
+from lobex.processes.system import DelaySystem
 
 Array = Any
 
@@ -72,11 +72,7 @@ class Chebyshev:
 
     def operator(self, system: DelaySystem) -> MonodromyOperator:
         """The monodromy operator; its state is (z, y at the earlier collocation points of the delay)."""
-        if not self.full:
-            return self._operator(system)
-        operator = self._operator(whole_state(system))
-        motion = jnp.einsum("ra,san->srn", system.output_matrix(), operator.motion)
-        return MonodromyOperator(operator.matrix, operator.phase, operator.weight, motion)
+        return in_form(self._operator, system, self.full)
 
     def size(self, system: DelaySystem) -> int:
         """N: d + r·(nodes − 1) per piece in contact, less the last point where it is z itself."""

@@ -1,9 +1,12 @@
 """What a method makes of a delay system at one point."""
 
+from collections.abc import Callable
 from typing import Any, Protocol
 
+import jax.numpy as jnp
+
 from lobex._pytree import pytree
-from lobex.processes.system import DelaySystem
+from lobex.processes.system import DelaySystem, whole_state
 
 Array = Any
 
@@ -23,6 +26,15 @@ class MonodromyOperator:
     phase: Array
     weight: Array
     motion: Array
+
+
+def in_form(build: Callable[[DelaySystem], MonodromyOperator], system: DelaySystem, full: bool) -> MonodromyOperator:
+    """An operator on the history of the output, or, if ``full``, on that of the whole state (C = I)."""
+    if not full:
+        return build(system)
+    operator = build(whole_state(system))
+    motion = jnp.einsum("ra,san->srn", system.output_matrix(), operator.motion)
+    return MonodromyOperator(operator.matrix, operator.phase, operator.weight, motion)
 
 
 class Method(Protocol):

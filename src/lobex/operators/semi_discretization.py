@@ -9,8 +9,8 @@ import numpy as np
 from lobex import _checks
 from lobex._pytree import pytree
 from lobex.operators.exponential import exponential
-from lobex.operators.operator import MonodromyOperator
-from lobex.processes.system import DelaySystem, whole_state
+from lobex.operators.operator import MonodromyOperator, in_form
+from lobex.processes.system import DelaySystem
 
 Array = Any
 
@@ -47,11 +47,7 @@ class SemiDiscretization:
 
     def operator(self, system: DelaySystem) -> MonodromyOperator:
         """The monodromy operator; its state is (z, y one step ago, …, y k steps ago)."""
-        if not self.full:
-            return self._operator(system)
-        operator = self._operator(whole_state(system))
-        motion = jnp.einsum("ra,san->srn", system.output_matrix(), operator.motion)
-        return MonodromyOperator(operator.matrix, operator.phase, operator.weight, motion)
+        return in_form(self._operator, system, self.full)
 
     def size(self, system: DelaySystem) -> int:
         """N = d + r·steps."""
