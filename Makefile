@@ -19,7 +19,7 @@ demo: $(VENV)/.package
 	$(BIN)/lobex lobes rub --out rub
 
 test: $(VENV)/.test
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --numprocesses 2
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .

@@ -102,7 +102,7 @@ def test_a_picture_without_a_crossing_draws_no_limit():
         (lambda chart, tmp: chart.plot(speed_unit="rad/s"), "speed_unit = 'rad/s'"),
         (lambda chart, tmp: lobex.load(tmp / "none.nc"), "is not a file"),
         (lambda chart, tmp: lobex.load(_write(tmp / "text.nc", b"plain text")), "no readable NetCDF-4"),
-        (lambda chart, tmp: lobex.load(_foreign(tmp / "other.nc")), "not a lobex chart"),
+        (lambda chart, tmp: lobex.load(_foreign(tmp / "other.nc")), "not a lobex result"),
         (lambda chart, tmp: lobex.sweep(ROD, [80.0], [1e5]).plot(), "is no map"),
     ],
 )

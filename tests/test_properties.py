@@ -13,7 +13,7 @@ steady = settings(deadline=None, max_examples=15, derandomize=True)
 factor = st.floats(0.1, 2.0)
 rub_speed = st.floats(60.0, 400.0)
 rub_gain = st.floats(0.0, 4.5e6)
-METHODS = [lobex.Chebyshev(40), lobex.SemiDiscretization(24)]
+METHODS = [lobex.Chebyshev(24), lobex.SemiDiscretization(24)]
 
 
 @steady

@@ -23,13 +23,14 @@ def test_python_blocks_run_in_order_and_print_what_they_say(tmp_path, monkeypatc
     claim = re.search(r"# (\[0\..*\])", PYTHON[0])
     assert claim is not None
     assert claim.group(1) in printed
-    assert np.isfinite(names["limit"]).sum() > 20
+    assert np.isfinite(names["rough"]).sum() > 20
+    assert names["limit"].gain == pytest.approx([920209.5963, 1134071.001, 328021.9409], rel=1e-8)
     assert {p.name for p in tmp_path.iterdir()} == {"rub.png", "rub.nc"}
 
 
 @pytest.mark.parametrize("line", [line for line in SHELL if line.startswith("lobex ")])
 def test_shell_lines_run_on_a_coarser_grid(line, tmp_path):
-    words = [re.sub(r":\d+$", ":3", word) for word in shlex.split(line)[1:]]
+    words = [re.sub(r":\d+$", ":5", word) for word in shlex.split(line)[1:]]
     done = subprocess.run(
         [sys.executable, "-m", "lobex.shell.main", *words, *_small_grid(words)],
         cwd=tmp_path,
@@ -38,7 +39,7 @@ def test_shell_lines_run_on_a_coarser_grid(line, tmp_path):
         timeout=300,
     )
     assert done.returncode == 0, done.stderr
-    assert {p.suffix for p in tmp_path.iterdir()} == {".nc", ".png"}
+    assert {p.suffix for p in tmp_path.iterdir()} >= {".nc", ".png"}
 
 
 def _small_grid(words: list[str]) -> list[str]:

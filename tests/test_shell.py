@@ -36,6 +36,24 @@ def test_each_process_writes_its_file_picture_and_summary(name, tmp_path):
         assert part in done.stdout
 
 
+def test_limit_writes_its_file_table_and_picture(tmp_path):
+    arguments = ("--speed", "120:400:6", "--gain", "1e5:2e6:9", "--elements", "2", "--nodes", "30", "--out", "k")
+    done = run("limit", "rub", *arguments, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["k.csv", "k.nc", "k.png"]
+    limit = lobex.load(tmp_path / "k.nc")
+    found = np.isfinite(limit.gain)
+    assert found.sum() >= 3
+    process = lobex.Rub(lobex.Rod(2).modes(0.03))
+    radius = lobex.spectral_radius(process, limit.speed[found], limit.gain[found], lobex.Chebyshev(30))
+    assert radius == pytest.approx(1, abs=1e-9)
+    header, *rows = (tmp_path / "k.csv").read_text().splitlines()
+    assert header.split(",")[:3] == ["speed_Hz", "gain_N/m", "chatter_frequency_Hz"]
+    table = np.array([[float(cell) for cell in row.split(",")[:3]] for row in rows])
+    assert table[:, 1] == pytest.approx(limit.gain, rel=1e-11, nan_ok=True)
+    assert "smallest limit" in done.stdout
+
+
 def test_the_shell_computes_what_the_library_computes(tmp_path):
     arguments = ("--rpm", "6000:8000:3", "--gain", "1e-3:3e-3:3", "--teeth", "1", "--radial-immersion", "0.5")
     done = run("lobes", "milling", *arguments, "--direction", "down", "--nodes", "32", "--quiet", cwd=tmp_path)
@@ -75,6 +93,9 @@ def test_the_shell_computes_what_the_library_computes(tmp_path):
         (("lobes", "milling", "--directions", "3"), "directions = 3"),
         (("lobes", "milling", "--rpm", "6e5:8e5:9"), "rpm/60"),
         (("lobes", "turning", "--radial", "0"), "radial = 0"),
+        (("limit", "rub", "--gain", "5:1:10"), "gain = [5, "),
+        (("limit", "milling", "--out", "no/such/x"), "out = "),
+        (("limit", "mathieu"), "mathieu"),
         (("lobes",), "rub"),
         (("wobble",), "wobble"),
     ],
@@ -94,6 +115,13 @@ def test_help_names_the_commands(arguments):
     done = run(*arguments)
     assert done.returncode == 0
     assert "lobes" in done.stdout
+
+
+def test_a_closed_pipe_is_no_error():
+    command = f"{sys.executable} -m lobex.shell.main lobes --help | head -1"
+    done = subprocess.run(command, shell=True, capture_output=True, text=True, timeout=60)
+    assert done.stdout.startswith("usage: lobex lobes")
+    assert done.stderr == ""
 
 
 @pytest.mark.parametrize("name", SMALL)

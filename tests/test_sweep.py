@@ -40,7 +40,7 @@ def test_sweep_agrees_with_the_dense_solver(process, speeds, gains, method):
 def test_chunks_of_any_shape_give_the_same_map(monkeypatch):
     speeds, gains = np.linspace(60, 400, 7), np.linspace(0, 4e6, 9)
     whole = lobex.sweep(ROD, speeds, gains)
-    module = sys.modules["lobex.grids.sweep"]
+    module = sys.modules["lobex.grids.evaluation"]
     for bytes_ in (1.0, 8 * 48**2 * 4, 8 * 48**2 * 20):
         monkeypatch.setattr(module, "_CHUNK_BYTES", bytes_)
         parts = lobex.sweep(ROD, speeds, gains)

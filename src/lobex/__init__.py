@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from lobex.grids.sweep import SweepWarning, sweep
+    from lobex.limits.critical import critical_gain
     from lobex.operators.chebyshev import Chebyshev
     from lobex.operators.semi_discretization import SemiDiscretization
     from lobex.processes.canonical import DelayedMathieu, Scalar
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from lobex.processes.regenerative import Rub, Turning
     from lobex.processes.system import DelaySystem
     from lobex.results.chart import Chart
+    from lobex.results.limit import Limit
     from lobex.results.netcdf import load
     from lobex.structures.modes import Modes
     from lobex.structures.rod import Rod
@@ -28,6 +30,7 @@ _HOME = {
     "Chebyshev": "operators.chebyshev",
     "DelaySystem": "processes.system",
     "DelayedMathieu": "processes.canonical",
+    "Limit": "results.limit",
     "Milling": "processes.milling",
     "Modes": "structures.modes",
     "Rod": "structures.rod",
@@ -36,6 +39,7 @@ _HOME = {
     "SemiDiscretization": "operators.semi_discretization",
     "SweepWarning": "grids.sweep",
     "Turning": "processes.regenerative",
+    "critical_gain": "limits.critical",
     "load": "results.netcdf",
     "monodromy": "verbs",
     "multipliers": "verbs",
@@ -48,6 +52,7 @@ __all__ = [
     "Chebyshev",
     "DelaySystem",
     "DelayedMathieu",
+    "Limit",
     "Milling",
     "Modes",
     "Rod",
@@ -57,6 +62,7 @@ __all__ = [
     "SweepWarning",
     "Turning",
     "__version__",
+    "critical_gain",
     "load",
     "monodromy",
     "multipliers",

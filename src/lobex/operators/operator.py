@@ -48,6 +48,10 @@ class Method(Protocol):
         """N, from the shapes of ``system`` alone."""
         ...
 
+    def finer(self) -> "Method":
+        """The same method with more samples, to estimate the error of this one by."""
+        ...
+
     def resolved_radians(self, system: DelaySystem) -> float:
         """Largest ω τ (rad of oscillation per delay) that the method's samples can follow."""
         ...

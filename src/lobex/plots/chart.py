@@ -9,7 +9,7 @@ from matplotlib.colors import ListedColormap, TwoSlopeNorm
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from lobex import _checks
+from lobex.plots.axes import gain_label, speed_axis
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,13 +25,12 @@ _LEVELS = 256
 
 def plot_chart(chart: "Chart", ax: "Axes | None", speed_unit: str | None) -> "Axes":
     """Draw max|μ| over the grid, with its legend and colour bar."""
-    unit = chart.speed_unit if speed_unit is None else speed_unit
-    _checks.choice("speed_unit", unit, ("Hz", "rpm"))
+    scale, label = speed_axis(chart.speed_unit if speed_unit is None else speed_unit)
     if min(chart.spectral_radius.shape) < 2:
         raise ValueError(f"a chart of shape {chart.spectral_radius.shape} is no map; sweep two or more of each")
     if ax is None:
         _, ax = plt.subplots(figsize=(7.0, 4.4), layout="constrained")
-    speed = chart.speed * (60 if unit == "rpm" else 1)
+    speed = chart.speed * scale
     gain = chart.gain / chart.quantity.scale
     radius = np.ma.masked_invalid(chart.spectral_radius)
     top = max(float(radius.max()) if radius.count() else 1.0, 1.0 + 1e-6)
@@ -52,8 +51,8 @@ def plot_chart(chart: "Chart", ax: "Axes | None", speed_unit: str | None) -> "Ax
     if bottom < 1 - 1e-6 and top > 1 + 1e-6:
         ax.contour(speed, gain, radius.T, levels=[1.0], colors="black", linewidths=1.3)
         handles.append(Line2D([], [], color="black", linewidth=1.3, label="stability limit, max|μ| = 1"))
-    ax.set_xlabel("spindle speed (rpm)" if unit == "rpm" else "rotational frequency (Hz)")
-    ax.set_ylabel(_gain_label(chart))
+    ax.set_xlabel(label)
+    ax.set_ylabel(gain_label(chart.quantity))
     ax.set_xlim(speed[0], speed[-1])
     ax.set_ylim(gain[0], gain[-1])
     bar = ax.figure.colorbar(mesh, ax=ax, pad=0.02)
@@ -67,12 +66,6 @@ def plot_chart(chart: "Chart", ax: "Axes | None", speed_unit: str | None) -> "Ax
         fontsize="small",
     )
     return ax
-
-
-def _gain_label(chart: "Chart") -> str:
-    name, symbol = chart.quantity.name, chart.quantity.symbol
-    head, _, tail = symbol.partition("_")
-    return f"{name} ${head}{f'_{{{tail}}}' if tail else ''}$ ({chart.quantity.display_unit})"
 
 
 def _colours() -> ListedColormap:

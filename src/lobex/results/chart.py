@@ -99,6 +99,6 @@ class Chart:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the chart to a NetCDF-4 file, which ``lobex.load`` reads back; all at once or not at all."""
-        from lobex.results.netcdf import save_chart
+        from lobex.results.netcdf import save_dataset
 
-        save_chart(self, path)
+        save_dataset(self.to_xarray(), path)

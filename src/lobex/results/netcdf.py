@@ -1,69 +1,91 @@
-"""Charts as NetCDF-4 files, which Python, MATLAB and Julia open, and back."""
+"""Charts and limits as NetCDF-4 files, which Python, MATLAB and Julia open, and back."""
 
 import json
 import os
+from collections.abc import Callable
+from enum import IntEnum
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import xarray
 
 from lobex import _checks
 from lobex.processes.quantity import Quantity
 from lobex.results.chart import Chart
+from lobex.results.limit import Kind, Limit, Status
 
-_FORMAT = "lobex chart 1"
+_CHART = "lobex chart 1"
+_LIMIT = "lobex limit 1"
+_SPEED = {"long_name": "rotational frequency", "units": "Hz"}
 
 
 def chart_to_dataset(chart: Chart) -> xarray.Dataset:
     """The chart's arrays over the coordinates speed and gain."""
     axes = ("speed", "gain")
-    quantity = chart.quantity
     return xarray.Dataset(
         data_vars={
-            "spectral_radius": (
-                axes,
-                chart.spectral_radius,
-                {"long_name": "spectral radius max|μ|", "units": "1"},
-            ),
-            "multiplier": (
-                axes,
-                chart.multiplier,
-                {"long_name": "dominant Floquet multiplier μ", "units": "1"},
-            ),
-            "chatter_frequency": (
-                axes,
-                chart.chatter_frequency,
-                {"long_name": "chatter frequency", "units": "Hz"},
-            ),
+            "spectral_radius": (axes, chart.spectral_radius, {"long_name": "spectral radius max|μ|", "units": "1"}),
+            "multiplier": (axes, chart.multiplier, {"long_name": "dominant Floquet multiplier μ", "units": "1"}),
+            "chatter_frequency": (axes, chart.chatter_frequency, {"long_name": "chatter frequency", "units": "Hz"}),
         },
         coords={
-            "speed": ("speed", chart.speed, {"long_name": "rotational frequency", "units": "Hz"}),
-            "gain": ("gain", chart.gain, {"long_name": quantity.name, "units": quantity.unit}),
+            "speed": ("speed", chart.speed, _SPEED),
+            "gain": ("gain", chart.gain, {"long_name": chart.quantity.name, "units": chart.quantity.unit}),
         },
-        attrs={
-            "format": _FORMAT,
-            "quantity": json.dumps(quantity._asdict(), ensure_ascii=False),
-            "speed_unit": chart.speed_unit,
-            "process": json.dumps(chart.process, ensure_ascii=False),
-            "method": json.dumps(chart.method, ensure_ascii=False),
-            "seconds": chart.seconds,
-            "failed": chart.failed,
-            "repeated": chart.repeated,
-        },
+        attrs={**_attributes(chart, _CHART), "failed": chart.failed, "repeated": chart.repeated},
     )
 
 
-def save_chart(chart: Chart, path: str | os.PathLike[str]) -> None:
+def limit_to_dataset(limit: Limit) -> xarray.Dataset:
+    """The limit's arrays over the coordinate speed; kind and status as flags with their meanings."""
+    unit = limit.quantity.unit
+    return xarray.Dataset(
+        data_vars={
+            "gain": ("speed", limit.gain, {"long_name": f"critical {limit.quantity.name}", "units": unit}),
+            "chatter_frequency": ("speed", limit.chatter_frequency, {"long_name": "chatter frequency", "units": "Hz"}),
+            "kind": ("speed", limit.kind_code, _flags("how the dominant multiplier leaves the unit circle", Kind)),
+            "status": ("speed", limit.status_code, _flags("what became of the search", Status)),
+            "stable_interval": (
+                ("speed", "interval", "edge"),
+                limit.intervals,
+                {"long_name": "stable intervals within the bounds", "units": unit},
+            ),
+            "error": ("speed", limit.error, {"long_name": "estimated error of the gain", "units": unit}),
+        },
+        coords={"speed": ("speed", limit.speed, _SPEED)},
+        attrs={**_attributes(limit, _LIMIT), "bounds": np.asarray(limit.bounds, dtype=float)},
+    )
+
+
+def _attributes(result: Chart | Limit, form: str) -> dict[str, Any]:
+    return {
+        "format": form,
+        "quantity": json.dumps(result.quantity._asdict(), ensure_ascii=False),
+        "speed_unit": result.speed_unit,
+        "process": json.dumps(result.process, ensure_ascii=False),
+        "method": json.dumps(result.method, ensure_ascii=False),
+        "seconds": result.seconds,
+    }
+
+
+def _flags(name: str, codes: type[IntEnum]) -> dict[str, Any]:
+    meanings = " ".join(code.name.lower() for code in codes)
+    return {"long_name": name, "flag_values": np.array(list(codes), dtype=np.int8), "flag_meanings": meanings}
+
+
+def save_dataset(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
     """Write ``path`` in one step: a file beside it is written first and then takes its place."""
     target = _checks.writable("path", path)
-    dataset = chart_to_dataset(chart)
     # Real and imaginary parts: a complex type is outside the NetCDF-4 standard and MATLAB cannot read it.
-    multiplier = dataset["multiplier"]
-    for part, values in (("real", multiplier.real), ("imag", multiplier.imag)):
-        dataset[f"multiplier_{part}"] = values.assign_attrs(long_name=f"{part} part of μ", units="1")
+    if "multiplier" in dataset:
+        multiplier = dataset["multiplier"]
+        for part, values in (("real", multiplier.real), ("imag", multiplier.imag)):
+            dataset[f"multiplier_{part}"] = values.assign_attrs(long_name=f"{part} part of μ", units="1")
+        dataset = dataset.drop_vars("multiplier")
     partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
     try:
-        dataset.drop_vars("multiplier").to_netcdf(partial, engine="h5netcdf", format="NETCDF4")
+        dataset.to_netcdf(partial, engine="h5netcdf", format="NETCDF4")
         os.replace(partial, target)
     except OSError as error:
         raise ValueError(f"path = {str(target)!r} cannot be written ({error}); choose another place") from error
@@ -71,30 +93,52 @@ def save_chart(chart: Chart, path: str | os.PathLike[str]) -> None:
         partial.unlink(missing_ok=True)
 
 
-def load(path: str | os.PathLike[str]) -> Chart:
-    """Read a chart that ``Chart.save`` wrote. Raises ValueError for a file that is missing or is no chart."""
+def load(path: str | os.PathLike[str]) -> Chart | Limit:
+    """Read what ``Chart.save`` or ``Limit.save`` wrote. Raises ValueError for any other file, or none."""
     source = Path(path)
     if not source.is_file():
-        raise ValueError(f"path = {str(path)!r} is not a file; give the .nc file that a chart was saved to")
+        raise ValueError(f"path = {str(path)!r} is not a file; give the .nc file that a result was saved to")
     try:
         with xarray.open_dataset(source, engine="h5netcdf") as stored:
             dataset = stored.load()
     except (OSError, ValueError, KeyError) as error:
         raise ValueError(f"path = {str(path)!r} is no readable NetCDF-4 file ({error})") from error
-    if dataset.attrs.get("format") != _FORMAT:
-        raise ValueError(f"path = {str(path)!r} is not a lobex chart; give a file that Chart.save wrote")
-    attributes: dict[str, Any] = dataset.attrs
+    readers: dict[Any, Callable[..., Chart | Limit]] = {_CHART: _read_chart, _LIMIT: _read_limit}
+    reader = readers.get(dataset.attrs.get("format"))
+    if reader is None:
+        raise ValueError(f"path = {str(path)!r} is not a lobex result; give a file that Chart.save or Limit.save wrote")
+    attributes = dataset.attrs
+    common = {
+        "speed": dataset["speed"].to_numpy(),
+        "chatter_frequency": dataset["chatter_frequency"].to_numpy(),
+        "quantity": Quantity(**json.loads(attributes["quantity"])),
+        "speed_unit": str(attributes["speed_unit"]),
+        "process": json.loads(attributes["process"]),
+        "method": json.loads(attributes["method"]),
+        "seconds": float(attributes["seconds"]),
+    }
+    return reader(dataset, common)
+
+
+def _read_chart(dataset: xarray.Dataset, common: dict[str, Any]) -> Chart:
     return Chart(
-        speed=dataset["speed"].to_numpy(),
         gain=dataset["gain"].to_numpy(),
         spectral_radius=dataset["spectral_radius"].to_numpy(),
         multiplier=dataset["multiplier_real"].to_numpy() + 1j * dataset["multiplier_imag"].to_numpy(),
-        chatter_frequency=dataset["chatter_frequency"].to_numpy(),
-        quantity=Quantity(**json.loads(attributes["quantity"])),
-        speed_unit=str(attributes["speed_unit"]),
-        process=json.loads(attributes["process"]),
-        method=json.loads(attributes["method"]),
-        seconds=float(attributes["seconds"]),
-        failed=int(attributes["failed"]),
-        repeated=int(attributes["repeated"]),
+        failed=int(dataset.attrs["failed"]),
+        repeated=int(dataset.attrs["repeated"]),
+        **common,
+    )
+
+
+def _read_limit(dataset: xarray.Dataset, common: dict[str, Any]) -> Limit:
+    low, high = np.asarray(dataset.attrs["bounds"], dtype=float)
+    return Limit(
+        gain=dataset["gain"].to_numpy(),
+        kind_code=dataset["kind"].to_numpy(),
+        status_code=dataset["status"].to_numpy(),
+        intervals=dataset["stable_interval"].to_numpy(),
+        error=dataset["error"].to_numpy(),
+        bounds=(float(low), float(high)),
+        **common,
     )

@@ -189,6 +189,59 @@ LobeCommand = (
 
 @dataclass(frozen=True)
 class Lobes:
-    """Draw a stability lobe diagram: max|μ| over a grid of speeds and gains, to OUT.nc and OUT.png."""
+    """Draw a stability lobe diagram: max|μ| over a grid of speeds and gains, to PATH.nc and PATH.png."""
 
     process: tyro.conf.OmitSubcommandPrefixes[tyro.conf.OmitArgPrefixes[LobeCommand]]
+
+
+@dataclass(frozen=True)
+class LimitRub(Rub):
+    """A blade rubbing an abradable casing in permanent contact: the thesis' clamped rod.
+
+    Example: lobex limit rub --speed 50:400:351 --gain 4.5e4:4.5e6:65 --out rub-limit
+    """
+
+    gain: Range = "4.5e4:4.5e6:65"
+    """Lowest and highest contact stiffness K_e, N/m, and how many gains the scan between them takes."""
+
+    name: ClassVar[str] = "rub-limit"
+
+
+@dataclass(frozen=True)
+class LimitMilling(Milling):
+    """Milling with a flexible tool; the defaults are §3.4's.
+
+    Example: lobex limit milling --rpm 2000:25000:301 --gain 0:5e-3:65 --nodes 24
+    """
+
+    gain: Range = "0:5e-3:65"
+    """Smallest and largest depth of cut b, m, and how many depths the scan between them takes."""
+
+    name: ClassVar[str] = "milling-limit"
+
+
+@dataclass(frozen=True)
+class LimitTurning(Turning):
+    """Turning with a flexible tool.
+
+    Example: lobex limit turning --rpm 2000:12000:301 --gain 0:5e-4:65
+    """
+
+    gain: Range = "0:5e-4:65"
+    """Smallest and largest depth of cut b, m, and how many depths the scan between them takes."""
+
+    name: ClassVar[str] = "turning-limit"
+
+
+LimitCommand = (
+    Annotated[LimitRub, tyro.conf.subcommand("rub")]
+    | Annotated[LimitMilling, tyro.conf.subcommand("milling")]
+    | Annotated[LimitTurning, tyro.conf.subcommand("turning")]
+)
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Find the stability limit: the lowest unstable gain per speed, to PATH.nc, PATH.csv and PATH.png."""
+
+    process: tyro.conf.OmitSubcommandPrefixes[tyro.conf.OmitArgPrefixes[LimitCommand]]

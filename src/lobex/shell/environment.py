@@ -4,11 +4,15 @@ import os
 from pathlib import Path
 
 
-def keep_compilations() -> None:
-    """Keep compiled programs between runs, in the user's cache folder, one folder per JAX version.
+def prepare_jax() -> None:
+    """Import JAX for one quick command, with compiled programs kept between runs.
 
+    They lie in the user's cache folder, in one folder per JAX version;
     ``JAX_COMPILATION_CACHE_DIR`` moves the folder and ``JAX_ENABLE_COMPILATION_CACHE=false`` turns it off.
     """
+    # One thread per core is taken by JAX already, and version 0.9 prints a warning for every cached program.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "2")
     import jax
 
     if "JAX_COMPILATION_CACHE_DIR" in os.environ:

@@ -2,6 +2,7 @@
 
 import contextlib
 import io
+import os
 import re
 import sys
 import warnings
@@ -9,17 +10,24 @@ from typing import NoReturn
 
 import tyro
 
-from lobex.shell.arguments import Lobes
+from lobex.shell.arguments import Limit, Lobes
 
 
 def main() -> None:
     """Entry point of the ``lobex`` command; bad input is one line on standard error and exit code 2."""
-    command = _parse()
     try:
+        command = _parse()
+        from lobex.shell.limit import run_limit
         from lobex.shell.lobes import run_lobes
 
         warnings.showwarning = _one_line_warning
-        run_lobes(command)
+        if isinstance(command, Limit):
+            run_limit(command)
+        else:
+            run_lobes(command)
+    except BrokenPipeError:
+        # The reader of a pipe, such as head, has seen enough; Python would complain again at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except ValueError as error:
         _refuse(str(error))
     except KeyboardInterrupt:
@@ -27,12 +35,12 @@ def main() -> None:
         raise SystemExit(130) from None
 
 
-def _parse() -> Lobes:
+def _parse() -> Lobes | Limit:
     errors = io.StringIO()
     try:
         with contextlib.redirect_stderr(errors):
             return tyro.extras.subcommand_cli_from_dict(
-                {"lobes": Lobes},
+                {"lobes": Lobes, "limit": Limit},
                 prog="lobex",
                 description=(
                     "Stability lobe diagrams of delayed systems: blade rub, turning and milling.\n\n"

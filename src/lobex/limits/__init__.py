@@ -1,0 +1,1 @@
+"""Stability limits: the gain at which motion no longer dies out, as a function of speed."""

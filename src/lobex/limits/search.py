@@ -1,0 +1,133 @@
+"""The crossing of lowest gain at one speed, among the cells of a receptance."""
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from lobex.limits.brackets import Cells, half_turn_bend, half_turn_rate, half_turns
+from lobex.limits.receptance import Curve
+from lobex.limits.roots import bracketed_root
+
+Array = Any
+
+# Gains within this relative distance are a tie, and roots this close in ω are one root found twice.
+_TIE = 1e-9
+_SAME_ROOT = 1e-6
+
+
+class Crossing(NamedTuple):
+    """Where the phase is that of a lobe: row and offset on the curve, lobe number, gain (∞ for none), tie."""
+
+    row: Array
+    offset: Array
+    lobe: Array
+    gain: Array
+    tie: Array
+
+
+def phase(curve: Curve, speed: Array, row: Array, offset: Array) -> tuple[Array, Array, Array]:
+    """(ωτ − 2 arg G)/2π − 1/2, a lobe number at a crossing, less the whole turns at the row's anchor; ′ and ″."""
+    rate = 1 / (2 * jnp.pi * speed)
+    response, slope, bend = curve.at(row, offset)
+    turns = curve.anchor[row] * rate
+    within = turns - jax.lax.stop_gradient(jnp.floor(turns))
+    return (
+        within + offset * rate + half_turns(response),
+        rate + half_turn_rate(response, slope),
+        half_turn_bend(response, slope, bend),
+    )
+
+
+def lowest_crossing(curve: Curve, cells: Cells, speed: Array) -> Crossing:
+    """The crossing of lowest gain at a scalar speed.
+
+    Cells come in the order of their least gain. Those that hold a crossing, by the phases at their ends and
+    the tangents there, are solved in turn until the next one cannot hold a lower gain than the best found.
+    """
+    rate = 1 / (2 * jnp.pi * speed)
+    rounding = jnp.finfo(rate.dtype).eps
+    turns = curve.anchor * rate
+    whole = jnp.floor(turns)
+    # In one revolution's ω the phase gains a turn: the open cell need not be longer.
+    cells = cells._replace(high=jnp.where(jnp.isinf(cells.high), cells.low + 2 * jnp.pi * speed * 1.001, cells.high))
+    begin = (turns - whole)[cells.row]
+    low = begin + cells.low * rate + cells.low_turns
+    high = begin + cells.high * rate + cells.high_turns
+    low_rate, high_rate = rate + cells.low_rate, rate + cells.high_rate
+    turning = low_rate * high_rate < 0
+    length = cells.high - cells.low
+    # The phase is convex or concave in a cell, so that its extremum lies before where the end tangents meet.
+    along = (high - low - high_rate * length) / jnp.where(turning, low_rate - high_rate, 1.0)
+    tangents = jnp.where(turning, low + low_rate * along, low)
+    least, most = jnp.minimum(jnp.minimum(low, high), tangents), jnp.maximum(jnp.maximum(low, high), tangents)
+    slack = 16 * rounding * (2 + jnp.maximum(jnp.abs(least), jnp.abs(most)))
+    held = (jnp.ceil(least - slack) <= most + slack) & (cells.gain < jnp.inf)
+    index = jnp.arange(held.shape[0])
+
+    def solve(i: Array) -> Crossing:
+        row, first, last = cells.row[i], cells.low[i], cells.high[i]
+
+        def at(offset: Array) -> tuple[Array, Array, Array]:
+            return phase(curve, speed, row, offset)
+
+        middle = first + jnp.clip(along[i] / length[i], 0.01, 0.99) * length[i]
+        extreme = bracketed_root(
+            lambda x: at(x)[1:], first, last, high_rate[i] > 0, middle, 4 * rounding * rate, turning[i]
+        )
+        extreme = jnp.where(turning[i], extreme, last)
+        top = jnp.where(turning[i], at(extreme)[0], high[i])
+        near, near_held = _first_level(low[i], top, slack[i])
+        far, far_held = _first_level(top, high[i], slack[i])
+        level = jnp.where(near_held, near, far)
+        start, stop = jnp.where(near_held, first, extreme), jnp.where(near_held, extreme, last)
+        start_phase, stop_phase = jnp.where(near_held, low[i], top), jnp.where(near_held, top, high[i])
+        part = (level - start_phase) / jnp.where(stop_phase == start_phase, 1.0, stop_phase - start_phase)
+        guess = start + jnp.clip(part, 0.0, 1.0) * (stop - start)
+
+        def miss(offset: Array) -> tuple[Array, Array]:
+            value, slope, _ = at(offset)
+            return value - level, slope
+
+        tolerance = 2 * rounding * (1 + jnp.abs(level))
+        offset = bracketed_root(miss, start, stop, stop_phase > start_phase, guess, tolerance)
+        response, _, _ = curve.at(row, offset)
+        there = (near_held | far_held) & (response.real < 0)
+        gain = jnp.where(there, -0.5 / jnp.where(there, response.real, -1.0), jnp.inf)
+        return Crossing(row, offset, whole[row] + level, gain, jnp.asarray(False))
+
+    def following(i: Array) -> tuple[Array, Array]:
+        """The next cell with a crossing, and the least gain it can hold."""
+        rest = held & (index > i)
+        after = jnp.argmax(rest)
+        return after, jnp.where(jnp.any(rest), cells.gain[after], jnp.inf)
+
+    def promising(state: tuple[Array, Array, Crossing]) -> Array:
+        _, bound, best = state
+        return (bound < jnp.inf) & (bound <= best.gain * (1 + _TIE))
+
+    def search(state: tuple[Array, Array, Crossing]) -> tuple[Array, Array, Crossing]:
+        i, _, best = state
+        return *following(i), _better(curve, best, solve(i))
+
+    zero = jnp.zeros_like(rate)
+    none = Crossing(cells.row[0], cells.low[0], zero, zero + jnp.inf, jnp.asarray(False))
+    return jax.lax.while_loop(promising, search, (*following(jnp.asarray(-1)), none))[2]
+
+
+def _better(curve: Curve, best: Crossing, new: Crossing) -> Crossing:
+    lower = new.gain < best.gain
+    smaller, larger = jnp.minimum(best.gain, new.gain), jnp.maximum(best.gain, new.gain)
+    close = (larger <= smaller * (1 + _TIE)) & (larger < jnp.inf)
+    omega, other = (curve.anchor[c.row] + c.offset for c in (best, new))
+    distinct = (best.lobe != new.lobe) | (jnp.abs(omega - other) > _SAME_ROOT * omega)
+    tie = jnp.where(close, best.tie | distinct, ~lower & best.tie)
+    row, offset, lobe, gain = (jnp.where(lower, n, b) for n, b in zip(new[:4], best[:4], strict=True))
+    return Crossing(row, offset, lobe, gain, tie)
+
+
+def _first_level(start: Array, stop: Array, slack: Array) -> tuple[Array, Array]:
+    """The first whole number on the way from one phase to another, and whether there is one."""
+    up = stop > start
+    level = jnp.where(up, jnp.ceil(start - slack), jnp.floor(start + slack))
+    return level, jnp.where(up, level <= stop + slack, level >= stop - slack)

@@ -1,0 +1,104 @@
+"""The stability limit as a picture: critical gain above, chatter frequency below, on one speed axis."""
+
+import itertools
+from typing import TYPE_CHECKING
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from lobex.plots.axes import gain_label, speed_axis
+from lobex.results.limit import Kind
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from lobex.results.limit import Limit
+
+# Distinct in grey and by marker as well as by colour.
+_LOOK = {
+    Kind.HOPF: ("#12436d", "o", "Hopf (complex pair)"),
+    Kind.FLIP: ("#c8500a", "s", "flip (μ = −1)"),
+    Kind.FOLD: ("#5d8a3a", "^", "fold (μ = +1)"),
+}
+_STABLE = "#d6e6f2"
+
+
+def plot_limit(limit: "Limit", speed_unit: str | None) -> "Figure":
+    """Draw the limit, its stable intervals, its kinds and lobes, and the chatter frequencies."""
+    scale, label = speed_axis(limit.speed_unit if speed_unit is None else speed_unit)
+    order = np.argsort(limit.speed)
+    speed, gain = limit.speed[order] * scale, limit.gain[order] / limit.quantity.scale
+    figure, (upper, lower) = plt.subplots(
+        2, 1, figsize=(7.0, 5.6), sharex=True, layout="constrained", height_ratios=(2.2, 1)
+    )
+    _shade(upper, speed, limit.intervals[order] / limit.quantity.scale)
+    kinds = np.asarray(limit.kind_code)[order]
+    joined = _broken(limit.lobe[order], kinds)
+    upper.plot(speed, gain, color="0.25", linewidth=0.8)
+    for kind, (colour, marker, name) in _LOOK.items():
+        here = kinds == kind
+        if here.any():
+            size = 3.0 if here.sum() < 120 else 1.6
+            style = {"color": colour, "marker": marker, "markersize": size, "linestyle": "none"}
+            upper.plot(speed[here], gain[here], label=name, **style)
+            lower.plot(speed[here], limit.chatter_frequency[order][here], **style)
+    for start, stop in joined:
+        part = np.s_[start:stop]
+        lower.plot(speed[part], limit.chatter_frequency[order][part], color="0.25", linewidth=0.6)
+    _number_lobes(upper, speed, gain, limit.lobe[order])
+    top = np.nanmax(gain) if np.isfinite(gain).any() else limit.bounds[1] / limit.quantity.scale
+    upper.set_ylim(limit.bounds[0] / limit.quantity.scale, min(limit.bounds[1] / limit.quantity.scale, 1.08 * top))
+    if len(speed) > 1:
+        upper.set_xlim(speed[0], speed[-1])
+    upper.set_ylabel(gain_label(limit.quantity))
+    lower.set_ylabel("chatter frequency (Hz)")
+    lower.set_xlabel(label)
+    upper.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False, fontsize="small")
+    return figure
+
+
+def _shade(axes: "Axes", speed: np.ndarray, intervals: np.ndarray) -> None:
+    """Fill the stable intervals; a speed whose neighbour has another number of them ends a filled strip."""
+    if len(speed) < 2:
+        return
+    middle = (speed[1:] + speed[:-1]) / 2
+    edges = np.r_[speed[0], middle, speed[-1]]
+    count = np.sum(np.isfinite(intervals[:, :, 0]), axis=1)
+    for k in range(intervals.shape[1]):
+        low, high = intervals[:, k, 0], intervals[:, k, 1]
+        smooth = (count > k) & (count == count[0])
+        if smooth.all():
+            axes.fill_between(speed, low, high, color=_STABLE, linewidth=0, label=None if k else "stable")
+            continue
+        steps = {"step": "post", "color": _STABLE, "linewidth": 0}
+        axes.fill_between(edges, np.r_[low, low[-1]], np.r_[high, high[-1]], label=None if k else "stable", **steps)
+
+
+def _broken(lobe: np.ndarray, kind: np.ndarray) -> list[tuple[int, int]]:
+    """Runs of one lobe and kind."""
+    jumps = np.flatnonzero((np.diff(lobe) != 0) | (np.diff(kind) != 0)) + 1
+    ends = [0, *jumps.tolist(), len(lobe)]
+    return [(a, b) for a, b in itertools.pairwise(ends) if lobe[a] >= 0]
+
+
+def _number_lobes(axes: "Axes", speed: np.ndarray, gain: np.ndarray, lobe: np.ndarray) -> None:
+    """Write each lobe's number under its lowest point, where there is room."""
+    if len(speed) < 2:
+        return
+    span, last = speed[-1] - speed[0], -np.inf
+    for number in sorted(set(lobe[lobe >= 0].tolist()), reverse=True):
+        here = np.flatnonzero((lobe == number) & np.isfinite(gain))
+        lowest = here[np.argmin(gain[here])]
+        interior = 0.01 * span < speed[lowest] - speed[0] < 0.99 * span
+        if interior and speed[lowest] - last > 0.025 * span:
+            last = speed[lowest]
+            axes.annotate(
+                str(number),
+                (speed[lowest], gain[lowest]),
+                xytext=(0, -4),
+                textcoords="offset points",
+                ha="center",
+                va="top",
+                fontsize="small",
+            )

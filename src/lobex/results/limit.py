@@ -1,0 +1,143 @@
+"""The result of a search for the stability limit."""
+
+import os
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lobex.processes.quantity import Quantity
+from lobex.results.description import in_words
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.figure import Figure
+
+Array = Any
+
+
+class Status(IntEnum):
+    """What became of the search at one speed."""
+
+    FOUND = 0
+    NONE_IN_RANGE = 1
+    UNSTABLE_AT_THE_LOWER_BOUND = 2
+    NOT_CONVERGED = 3
+    TIE = 4
+
+    @property
+    def words(self) -> str:
+        """Such as "none in range"."""
+        return self.name.lower().replace("_", " ")
+
+
+class Kind(IntEnum):
+    """How the dominant multiplier leaves the unit circle."""
+
+    NONE = 0
+    HOPF = 1
+    FLIP = 2
+    FOLD = 3
+
+    @property
+    def words(self) -> str:
+        """Such as "hopf", empty where there is no limit."""
+        return "" if self is Kind.NONE else self.name.lower()
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Limit:
+    """The stability limit over speeds: the lowest gain at which a process turns from stable to unstable.
+
+    Attributes:
+        speed: (n,), Hz.
+        gain: (n,), in ``quantity.unit``; NaN where no limit was found, see ``status``. NaN is not "stable".
+        chatter_frequency: frequency of the vibration at the limit, Hz, (n,).
+        kind_code, status_code: members of ``Kind`` and ``Status``, (n,).
+        intervals: every stable interval of gains within the bounds, (n, k, 2), NaN past the last of a speed;
+            an interval that begins or ends at a bound goes on beyond it, as far as is known.
+        error: estimated error of the gain, of a finer discretisation, (n,).
+        bounds: lowest and highest gain looked at.
+        quantity: what the gain is.
+        speed_unit: "Hz" or "rpm", for axes.
+        process, method: the model and the method, as plain dictionaries.
+        seconds: wall time, compiling included.
+    """
+
+    speed: Array
+    gain: Array
+    chatter_frequency: Array
+    kind_code: Array
+    status_code: Array
+    intervals: Array
+    error: Array
+    bounds: tuple[float, float]
+    quantity: Quantity
+    speed_unit: str
+    process: dict[str, Any]
+    method: dict[str, Any]
+    seconds: float
+
+    @property
+    def kind(self) -> np.ndarray:
+        """ "hopf", "flip", "fold", or "" where there is no limit, (n,)."""
+        return np.array([Kind(code).words for code in np.asarray(self.kind_code)], dtype=str)
+
+    @property
+    def status(self) -> np.ndarray:
+        """What became of the search, in words, (n,): "found", "none in range", "unstable at the lower bound",
+        "not converged", or "tie" (a limit at which two multipliers of different frequency cross at once, so
+        that kind, frequency and derivatives are those of one of them)."""
+        return np.array([Status(code).words for code in np.asarray(self.status_code)], dtype=str)
+
+    @property
+    def lobe(self) -> np.ndarray:
+        """Whole waves between two passes, which numbers the lobes, (n,); -1 where there is no limit."""
+        waves = np.asarray(self.chatter_frequency) / np.asarray(self._pass_frequency())
+        return np.where(np.isfinite(waves), np.floor(np.nan_to_num(waves) + 1e-9), -1).astype(int)
+
+    def _pass_frequency(self) -> Array:
+        return self.speed * self.process.get("teeth", 1)
+
+    def __repr__(self) -> str:
+        counts = [f"{np.sum(np.asarray(self.status_code) == s)} {s.words}" for s in Status]
+        lines = [
+            f"Limit of {self.process['type']}: {len(self.speed)} speeds, {np.min(self.speed):.6g} to "
+            f"{np.max(self.speed):.6g} Hz",
+            f"  bounds           {self.bounds[0]:.6g} to {self.bounds[1]:.6g} {self.quantity.unit}"
+            f" ({self.quantity.name} {self.quantity.symbol})",
+            f"  status           {', '.join(c for c in counts if not c.startswith('0 '))}",
+            f"  method           {in_words(self.method)}",
+            f"  wall time        {self.seconds:.2f} s",
+        ]
+        gain = np.asarray(self.gain)
+        if np.isfinite(gain).any():
+            i = int(np.nanargmin(gain))
+            lines.insert(
+                3,
+                f"  smallest limit   {self.quantity.symbol} = {gain[i]:.8g} {self.quantity.unit} at "
+                f"{self.speed[i]:.6g} Hz, {self.kind[i]} at {self.chatter_frequency[i]:.6g} Hz",
+            )
+            if np.isfinite(self.error).any():
+                worst = np.nanmax(np.asarray(self.error) / np.abs(gain))
+                lines.insert(4, f"  estimated error  {worst:.1e} relative, at most")
+        return "\n".join(lines)
+
+    def plot(self, speed_unit: str | None = None) -> "Figure":
+        """The limit with its stable region, kinds and lobe numbers, over the chatter frequencies."""
+        from lobex.plots.limit import plot_limit
+
+        return plot_limit(self, speed_unit)
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """The limit as a labelled dataset, with units and the model in its attributes."""
+        from lobex.results.netcdf import limit_to_dataset
+
+        return limit_to_dataset(self)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the limit to a NetCDF-4 file, which ``lobex.load`` reads back; all at once or not at all."""
+        from lobex.results.netcdf import save_dataset
+
+        save_dataset(self.to_xarray(), path)
