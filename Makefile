@@ -2,6 +2,7 @@
 # make test   make the environment and run the tests
 # make lint   ruff and pyright
 # make bench  measure, and rewrite benchmarks/RESULTS.md
+# make picture  draw the README's picture anew
 #
 # PYTHON=... chooses an interpreter and VENV=... a folder; by default the newest Python that runs here.
 
@@ -13,7 +14,7 @@ PYTHON ?= $(shell $(NEWEST))
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test lint bench clean
+.PHONY: demo test lint bench picture clean
 
 demo: $(VENV)/.package
 	$(BIN)/lobex lobes rub --out rub
@@ -28,6 +29,10 @@ lint: $(VENV)/.dev
 
 bench: $(VENV)/.test
 	$(BIN)/python benchmarks/measure.py
+
+picture: $(VENV)/.package
+	$(BIN)/lobex lobes rub --out docs/images/rub
+	rm docs/images/rub.nc
 
 clean:
 	rm -rf $(VENV)

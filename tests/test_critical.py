@@ -3,9 +3,9 @@
 import jax
 import numpy as np
 import pytest
-from cases import LIMIT_CASES, LIMIT_TOOLS, ROD, milling, rub
 
 import lobex
+from cases import LIMIT_CASES, LIMIT_TOOLS, ROD, milling, rub
 
 BOUNDS = (4.5e4, 4.5e6)
 FINE = lobex.Chebyshev(56)
@@ -88,22 +88,20 @@ def test_the_picture_has_both_axes_kinds_and_lobe_numbers(lobes):
 
 
 def test_derivatives_by_the_implicit_function_theorem():
-    # Along E → αE, f → √α f the limit scales by α; and against central differences of separate searches.
+    # Along E → αE, f → √α f the limit scales by α; and against a central difference of separate searches.
     def limit(young_modulus, ratio, speed):
-        process = lobex.Rub(lobex.Rod(3, young_modulus=young_modulus).modes(ratio))
+        process = lobex.Rub(lobex.Rod(2, young_modulus=young_modulus).modes(ratio))
         return lobex.critical_gain(process, speed, (1e5, 2e6), lobex.Chebyshev(32), scan=9).gain[0]
 
-    at = (210e7, 0.03, 140.0)
+    at = np.array([210e7, 0.03, 140.0])
     with jax.enable_x64(True):
-        traced = jax.jit(jax.value_and_grad(limit, argnums=(0, 1, 2)))
-        value, slopes = traced(*at)
+        value, slopes = jax.jit(jax.value_and_grad(limit, argnums=(0, 1, 2)))(*at)
     assert float(value) == pytest.approx(float(limit(*at)), rel=1e-11)
-    logarithmic = [float(s) * a / float(value) for s, a in zip(slopes, at, strict=True)]
+    logarithmic = np.array(slopes) * at / float(value)
     assert logarithmic[0] + logarithmic[2] / 2 == pytest.approx(1, rel=1e-8)
-    for index, a in enumerate(at):
-        shifted = [[b * (1 + sign * 1e-4 * (i == index)) for i, b in enumerate(at)] for sign in (1, -1)]
-        difference = (float(limit(*shifted[0])) - float(limit(*shifted[1]))) / (2e-4 * a)
-        assert float(slopes[index]) == pytest.approx(difference, rel=1e-6)
+    direction = np.array([0.3, 1.0, -0.5]) * 1e-4
+    difference = (limit(*(at * (1 + direction))) - limit(*(at * (1 - direction)))) / 2
+    assert logarithmic @ direction * float(value) == pytest.approx(float(difference), rel=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -54,6 +54,14 @@ def test_limit_writes_its_file_table_and_picture(tmp_path):
     assert "smallest limit" in done.stdout
 
 
+def test_exact_limit_in_the_shell(tmp_path):
+    done = run("limit", "rub", "--speed", "60:400:35", "--exact", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    limit = lobex.load(tmp_path / "rub-limit.nc")
+    assert limit.gain == pytest.approx(lobex.exact_limit(lobex.Rub(lobex.Rod(5).modes()), limit.speed).gain, rel=1e-13)
+    assert min(plt.imread(tmp_path / "rub-limit.png").shape[:2]) > 500
+
+
 def test_the_shell_computes_what_the_library_computes(tmp_path):
     arguments = ("--rpm", "6000:8000:3", "--gain", "1e-3:3e-3:3", "--teeth", "1", "--radial-immersion", "0.5")
     done = run("lobes", "milling", *arguments, "--direction", "down", "--nodes", "32", "--quiet", cwd=tmp_path)

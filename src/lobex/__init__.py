@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from lobex.grids.sweep import SweepWarning, sweep
     from lobex.limits.critical import critical_gain
+    from lobex.limits.exact_limit import exact_limit, exact_lobes
+    from lobex.limits.receptance import Receptance
     from lobex.operators.chebyshev import Chebyshev
     from lobex.operators.semi_discretization import SemiDiscretization
     from lobex.processes.canonical import DelayedMathieu, Scalar
@@ -33,6 +35,7 @@ _HOME = {
     "Limit": "results.limit",
     "Milling": "processes.milling",
     "Modes": "structures.modes",
+    "Receptance": "limits.receptance",
     "Rod": "structures.rod",
     "Rub": "processes.regenerative",
     "Scalar": "processes.canonical",
@@ -40,6 +43,8 @@ _HOME = {
     "SweepWarning": "grids.sweep",
     "Turning": "processes.regenerative",
     "critical_gain": "limits.critical",
+    "exact_limit": "limits.exact_limit",
+    "exact_lobes": "limits.exact_limit",
     "load": "results.netcdf",
     "monodromy": "verbs",
     "multipliers": "verbs",
@@ -55,6 +60,7 @@ __all__ = [
     "Limit",
     "Milling",
     "Modes",
+    "Receptance",
     "Rod",
     "Rub",
     "Scalar",
@@ -63,6 +69,8 @@ __all__ = [
     "Turning",
     "__version__",
     "critical_gain",
+    "exact_limit",
+    "exact_lobes",
     "load",
     "monodromy",
     "multipliers",

@@ -15,7 +15,10 @@ def describe(value: Any) -> Any:
         return value
     if isinstance(value, tuple | list):
         return [describe(v) for v in value]
-    return np.asarray(value).tolist()
+    numbers = np.asarray(value)
+    if np.iscomplexobj(numbers):
+        return {"type": "Complex", "real": numbers.real.tolist(), "imag": numbers.imag.tolist()}
+    return numbers.tolist()
 
 
 def in_words(description: Any) -> str:

@@ -204,6 +204,9 @@ class LimitRub(Rub):
     gain: Range = "4.5e4:4.5e6:65"
     """Lowest and highest contact stiffness K_e, N/m, and how many gains the scan between them takes."""
 
+    exact: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    """In closed form (D-subdivision), at every gain; --gain and the discretization are not used then."""
+
     name: ClassVar[str] = "rub-limit"
 
 
@@ -229,6 +232,9 @@ class LimitTurning(Turning):
 
     gain: Range = "0:5e-4:65"
     """Smallest and largest depth of cut b, m, and how many depths the scan between them takes."""
+
+    exact: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    """In closed form (D-subdivision), at every gain; --gain and the discretization are not used then."""
 
     name: ClassVar[str] = "turning-limit"
 

@@ -25,15 +25,12 @@ def run_limit(command: arguments.Limit) -> None:
     prepare_jax()
     import lobex
 
-    method = method_of(flags.discretization)
-    limit = lobex.critical_gain(
-        process_of(flags),
-        speed,
-        (gain[0], gain[-1]),
-        method,
-        scan=len(gain),
-        progress=not flags.output.quiet,
-    )
+    method, process = method_of(flags.discretization), process_of(flags)
+    if getattr(flags, "exact", False):
+        limit = lobex.exact_limit(process, speed)
+    else:
+        bounds, shown = (gain[0], gain[-1]), not flags.output.quiet
+        limit = lobex.critical_gain(process, speed, bounds, method, scan=len(gain), progress=shown)
     limit.save(files[0])
     _write_table(limit, files[1])
     _draw(limit, files[2])

@@ -1,0 +1,126 @@
+"""Cells of the frequency axis that hold at most one candidate for the limit each, whatever the speed."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from lobex.limits.receptance import Curve, clustered
+
+Array = Any
+
+_HALVINGS = 52
+# Points on either side of a zero of Re G, where arg G may turn as fast as at a resonance.
+_AROUND = 8
+
+
+class Cells(NamedTuple):
+    """Parts of the frequency axis where Re G < 0 and Re G and d arg G/dω are monotonic, lowest gain first.
+
+    Attributes:
+        row: the row of the curve, shape (c,).
+        low, high: offsets of the ends of lower and higher gain, (c,), rad/s; high is infinite in the last,
+            open cell of a modal curve.
+        low_turns, high_turns: −arg G/π − 1/2 at the ends, (c,).
+        low_rate, high_rate: its derivative by ω, (c,).
+        gain: −1/(2 Re G) at the end of lower gain, (c,), N/m; infinite for a cell that is none.
+    """
+
+    row: Array
+    low: Array
+    high: Array
+    low_turns: Array
+    high_turns: Array
+    low_rate: Array
+    high_rate: Array
+    gain: Array
+
+
+def half_turns(response: Array) -> Array:
+    """−arg G/π − 1/2, with arg G in (−2π, 0]: continuous where Re G < 0, also for Im G > 0 of noisy samples."""
+    return jnp.mod(jnp.arctan2(-response.imag, response.real), 2 * jnp.pi) / jnp.pi - 0.5
+
+
+def half_turn_rate(response: Array, slope: Array) -> Array:
+    """Derivative of ``half_turns`` by ω."""
+    return -(slope / response).imag / jnp.pi
+
+
+def half_turn_bend(response: Array, slope: Array, bend: Array) -> Array:
+    """Second derivative of ``half_turns`` by ω."""
+    return -(bend / response - (slope / response) ** 2).imag / jnp.pi
+
+
+def cells(curve: Curve) -> Cells:
+    """The cells of a curve: its grid, cut at the zeros of Re G and at the extrema of Re G and d arg G/dω."""
+    row, offset = curve.grid()
+    zero_row, zero, width = _zeros(curve, row, offset, _real_part)
+    row, offset = _merged((row, offset), (zero_row, zero))
+    if curve.most_breaks is not None:
+        response, slope, _ = curve.at(zero_row, zero)
+        around = clustered(jnp.abs(response / slope)[:, None], width[:, None], jnp.arange(1, _AROUND + 1) / _AROUND)
+        around = jnp.where(width[:, None] > 0, jnp.concatenate([-around, around], axis=1), 0.0)
+        bounds = (jax.ops.segment_min, jax.ops.segment_max)
+        least, most = (b(offset, row, num_segments=curve.anchor.shape[0])[zero_row, None] for b in bounds)
+        near = jnp.clip(zero[:, None] + around, least, most)
+        row, offset = _merged((row, offset), (jnp.repeat(zero_row, 2 * _AROUND), near.ravel()))
+    breaks = [_zeros(curve, row, offset, function)[:2] for function in (_real_slope, half_turn_bend)]
+    row, offset = _merged((row, offset), *breaks)
+    return _ordered(curve, row, offset)
+
+
+def _ordered(curve: Curve, row: Array, offset: Array) -> Cells:
+    response, slope, _ = curve.at(row, offset)
+    middle, _, _ = curve.at(row[1:], (offset[1:] + offset[:-1]) / 2)
+    present = (row[1:] == row[:-1]) & (offset[1:] > offset[:-1]) & (middle.real < 0)
+    points = (offset, half_turns(response), half_turn_rate(response, slope), response.real)
+    reverse = response.real[1:] < response.real[:-1]
+    low = [jnp.where(reverse, p[1:], p[:-1]) for p in points]
+    high = [jnp.where(reverse, p[:-1], p[1:]) for p in points]
+    row = row[1:]
+    if curve.open_ended:
+        # Beyond the grid G tends to −Σφ²/ω² and both Re G and −arg G grow: the low end's phase is a bound.
+        last = [p[-1:] for p in points]
+        low = [jnp.concatenate(pair) for pair in zip(low, last, strict=True)]
+        last[0] = jnp.full_like(last[0], jnp.inf)
+        high = [jnp.concatenate(pair) for pair in zip(high, last, strict=True)]
+        row = jnp.concatenate([row, row[-1:]])
+        present = jnp.concatenate([present, response.real[-1:] < 0])
+    gain = jnp.where(present & (low[3] < 0), -0.5 / low[3], jnp.inf)
+    order = jnp.argsort(gain)
+    return Cells(*(a[order] for a in (row, low[0], high[0], low[1], high[1], low[2], high[2], gain)))
+
+
+def _zeros(
+    curve: Curve, row: Array, offset: Array, function: Callable[[Array, Array, Array], Array]
+) -> tuple[Array, Array, Array]:
+    """Row, offset and cell width of the zeros of a function of (G, G′, G″); repeats of a grid point for none."""
+    sign = jnp.sign(function(*curve.at(row, offset)))
+    change = (sign[1:] * sign[:-1] < 0) & (row[1:] == row[:-1])
+    where = jnp.flatnonzero(change, size=curve.most_breaks or change.shape[0], fill_value=0)
+    there, left, right, sign = row[where], offset[where], offset[where + 1], sign[where]
+
+    def halve(_: int, ends: tuple[Array, Array]) -> tuple[Array, Array]:
+        a, b = ends
+        middle = (a + b) / 2
+        before = jnp.sign(function(*curve.at(there, middle))) == sign
+        return jnp.where(before, middle, a), jnp.where(before, b, middle)
+
+    a, _ = jax.lax.fori_loop(0, _HALVINGS, halve, (left, right))
+    found = change[where]
+    return there, jnp.where(found, a, left), jnp.where(found, right - left, 0.0)
+
+
+def _merged(*points: tuple[Array, Array]) -> tuple[Array, Array]:
+    row, offset = (jnp.concatenate(parts) for parts in zip(*points, strict=True))
+    order = jnp.lexsort((offset, row))
+    return row[order], offset[order]
+
+
+def _real_part(response: Array, slope: Array, bend: Array) -> Array:
+    return response.real
+
+
+def _real_slope(response: Array, slope: Array, bend: Array) -> Array:
+    return slope.real

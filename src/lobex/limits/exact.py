@@ -1,0 +1,251 @@
+"""The exact stability limit of constant regenerative feedback in one direction, by D-subdivision.
+
+With the receptance G, the characteristic equation 1 + K G(ω)(1 − e^{−jωτ}) = 0 has an imaginary root jω where
+K = −1/(2 Re G), Re G < 0, and ωτ − 2 arg G = (2j + 1)π with arg G in (−π, 0): the classical lobes (Tlusty and
+Poláček, 1963). K = 0 is stable, so the limit at a speed is the least K over all ω and all lobes j = 1, 2, …
+As ωτ lies in ((2j − 1)π, 2jπ), no other j has a delay above zero.
+"""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from lobex import _checks
+from lobex._float64 import in_float64
+from lobex._pytree import pytree
+from lobex.limits.brackets import cells, half_turns
+from lobex.limits.receptance import Curve, ModalCurve, Receptance, SampledCurve, receptance
+from lobex.limits.search import Crossing, lowest_crossing, phase
+from lobex.processes.process import check_speed
+from lobex.processes.regenerative import Rub, Turning
+from lobex.structures.modes import Modes
+
+Array = Any
+Source = Modes | Receptance | Rub | Turning
+
+# Speeds that are searched together: their phases at all cells stay in cache.
+_BATCH = 128
+
+
+@pytree()
+class ExactLimit:
+    """The stability limit at each speed.
+
+    Attributes:
+        gain: least gain on the stability boundary: N/m, or m of ``Turning``; NaN where there is none.
+        angular_frequency: ω of the motion there, rad/s; NaN where there is none.
+        lobe: its lobe number j, 0 where there is none.
+        tie: whether another root has the same gain within 1e-9: a cusp between two lobes, where the limit has
+            a kink and its derivative is that of one side.
+    """
+
+    gain: Array
+    angular_frequency: Array
+    lobe: Array
+    tie: Array
+
+    @property
+    def chatter_frequency(self) -> Array:
+        """ω/2π, Hz."""
+        return self.angular_frequency / (2 * np.pi)
+
+
+@pytree()
+class ExactBranches:
+    """The stability boundary as a curve in ω.
+
+    Attributes:
+        gain: gain at each ω: N/m, or m of ``Turning``, shape (n,); NaN where Re G ≥ 0.
+        speed: speed at which lobe j passes there, shape (lobes, n), j = 1, 2, …, Hz; NaN where Re G ≥ 0.
+    """
+
+    gain: Array
+    speed: Array
+
+
+@pytree()
+class ExactMinimum:
+    """The least stability limit over all speeds.
+
+    Attributes:
+        gain: N/m, or m of ``Turning``; NaN where there is no limit.
+        angular_frequency: ω of the motion there, rad/s.
+        speed: the speeds at which lobes 1, 2, … have it, shape (lobes,), Hz.
+    """
+
+    gain: Array
+    angular_frequency: Array
+    speed: Array
+
+
+def exact_branches(source: Source, omega: Array, lobes: int = 10) -> ExactBranches:
+    """Gain and speeds of the stability boundary at given frequencies.
+
+    Args:
+        source: ``Rub``, ``Turning``, or the ``Modes`` (one contact direction) or measured ``Receptance`` of a rub.
+        omega: ω, shape (n,), rad/s.
+        lobes: number of lobes, from the first.
+
+    Raises:
+        ValueError: for a source of another kind, several contact directions, or ω not above zero.
+    """
+    source = _checked(source)
+    omega = np.asarray(omega) if isinstance(omega, list | tuple) else omega
+    _checks.positive("omega", omega, "rad/s")
+    if np.ndim(omega) != 1:
+        raise ValueError(f"omega has shape {np.shape(omega)}; give a one-dimensional array")
+    return ExactBranches(*_branches(source, omega, _checks.integer("lobes", lobes, 1)))
+
+
+def exact_critical(source: Source, speed: Array) -> ExactLimit:
+    """The stability limit at each speed, to rounding: no discretisation of the delay, no grid of gains.
+
+    The frequency axis is cut, independently of the speed, into cells where Re G and d arg G/dω are
+    monotonic. Within one the phase ωτ − 2 arg G has one extremum at most, so that the crossing of lowest
+    gain is found for certain; cells are searched in order of the least gain that they can hold, until no
+    other can hold a lower one. The cells of a structure are exact if its grid of 65 points a mode
+    separates the zeros of Re G and of those derivatives. Work is bounded; nothing grows with ωτ.
+
+    Differentiable with respect to speed and every number in ``source``, twice: two Newton steps on the root
+    carry the derivative. ``jit`` and ``vmap`` work, and inputs under them keep their precision.
+
+    Args:
+        source: ``Rub``, ``Turning``, or the ``Modes`` (one contact direction) or measured ``Receptance`` of a rub.
+        speed: speeds in Hz (revolutions per second), any shape.
+
+    Returns:
+        ``ExactLimit`` of the shape of ``speed``. Modes have a limit at every speed, and it is 0 where a mode
+        without damping gains energy; of a measurement only frequencies within its band are looked at.
+
+    Raises:
+        ValueError: for a source of another kind, several contact directions, or speeds that are not above
+            zero, not finite, or by their size rpm.
+    """
+    source = _checked(source)
+    speed = np.asarray(speed) if isinstance(speed, list | tuple) else speed
+    check_speed(source, speed)  # pyright: ignore[reportArgumentType]
+    return ExactLimit(*_critical(source, speed))
+
+
+def exact_minimum(source: Source, lobes: int = 10) -> ExactMinimum:
+    """The least stability limit over all speeds, −1/(2 min Re G), and the speeds at which lobes reach it.
+
+    For one mode of stiffness k it is 2kξ(1 + ξ) at ω = ωₙ√(1 + 2ξ). Differentiable once with respect to every
+    number in ``source``. Arguments and errors as for ``exact_branches``.
+    """
+    source = _checked(source)
+    return ExactMinimum(*_minimum(source, _checks.integer("lobes", lobes, 1)))
+
+
+def _checked(source: Any) -> Source:
+    if not isinstance(source, Source):
+        hint = "; lobex.limits.hayes has the limits of Scalar" if type(source).__name__ == "Scalar" else ""
+        raise ValueError(f"source = {source!r} has no exact limit; give Rub, Turning, Modes or Receptance{hint}")
+    if isinstance(source, Receptance):
+        return source
+    modes = source if isinstance(source, Modes) else source.modes
+    if modes.directions != 1:
+        raise ValueError(f"source has {modes.directions} contact directions; give modes with one")
+    # Lists are arrays here: JAX would take each of their numbers for an argument of its own.
+    return jax.tree.map(_as_array, source, is_leaf=lambda leaf: isinstance(leaf, list | tuple))
+
+
+def _as_array(leaf: Any) -> Array:
+    return np.asarray(leaf, dtype=float) if isinstance(leaf, list | tuple) else leaf
+
+
+def _curve(source: Source) -> tuple[Curve, Array]:
+    """The receptance of a source, and its contact stiffness per unit of gain."""
+    if isinstance(source, Receptance):
+        return SampledCurve(source), 1.0
+    if isinstance(source, Modes):
+        return ModalCurve(source), 1.0
+    return ModalCurve(source.modes), source.radial if isinstance(source, Turning) else 1.0
+
+
+def _gain(curve: Curve, row: Array, offset: Array) -> Array:
+    gain = -0.5 / curve.at(row, offset)[0].real
+    # At the pole of an undamped mode: exactly zero, with the derivative by damping that it has.
+    return gain - jnp.where(curve.undamped_at(row, offset), jax.lax.stop_gradient(gain), 0.0)
+
+
+@in_float64
+@partial(jax.jit, static_argnames="lobes")
+def _branches(source: Source, omega: Array, lobes: int) -> tuple[Array, Array]:
+    _, stiffness = _curve(source)
+    omega = jnp.asarray(omega, dtype=jnp.result_type(float))
+    response = receptance(source if isinstance(source, Modes | Receptance) else source.modes, omega)
+    there = response.real < 0
+    response = jnp.where(there, response, -1.0)
+    speed = _lobe_speeds(response, omega, lobes)
+    return jnp.where(there, -0.5 / response.real / stiffness, jnp.nan), jnp.where(there, speed, jnp.nan)
+
+
+def _lobe_speeds(response: Array, omega: Array, lobes: int) -> Array:
+    numbers = jnp.arange(1, lobes + 1).reshape(-1, *(1,) * omega.ndim)
+    return omega / (2 * jnp.pi * (numbers - half_turns(response)))
+
+
+@in_float64
+@jax.jit
+def _critical(source: Source, speed: Array) -> tuple[Array, Array, Array, Array]:
+    curve, stiffness = _curve(source)
+    speed = jnp.asarray(speed, dtype=jnp.result_type(float))
+    # The search is done with the values alone; the derivative is put on its result.
+    still, _ = _curve(jax.lax.stop_gradient(source))
+    parts = cells(still)
+
+    def point(speed: Array) -> tuple[Array, Array, Array, Array]:
+        found = lowest_crossing(still, parts, jax.lax.stop_gradient(speed))
+        offset = _follow(curve, speed, found)
+        exists = found.gain < jnp.inf
+        gain = jnp.where(exists, _gain(curve, found.row, offset) / stiffness, jnp.nan)
+        omega = jnp.where(exists, curve.anchor[found.row] + offset, jnp.nan)
+        return gain, omega, found.lobe.astype(int), found.tie
+
+    gain, omega, lobe, tie = (r.reshape(speed.shape) for r in _in_batches(point, speed.ravel()))
+    return gain, omega, lobe, tie
+
+
+def _in_batches(point: Callable[[Array], tuple[Array, ...]], speed: Array) -> tuple[Array, ...]:
+    count = speed.shape[0]
+    if count <= _BATCH:
+        return jax.vmap(point)(speed)
+    # Whole batches only, the last filled up with repeats: a shorter one would be compiled a second time.
+    rows = -(-count // _BATCH)
+    filled = jnp.concatenate([speed, jnp.broadcast_to(speed[-1], (rows * _BATCH - count,))])
+    results = jax.lax.map(jax.vmap(point), filled.reshape(rows, _BATCH))
+    return tuple(r.ravel()[:count] for r in results)
+
+
+def _follow(curve: Curve, speed: Array, found: Crossing) -> Array:
+    """The root's offset as a function of speed and curve: two Newton steps, exact to the second derivative."""
+    offset, level = found.offset, jax.lax.stop_gradient(phase(curve, speed, found.row, found.offset)[0])
+    for _ in range(2):
+        value, slope, _ = phase(curve, speed, found.row, offset)
+        offset = offset - (value - level) / jnp.where(slope == 0, 1.0, slope)
+    return offset
+
+
+@in_float64
+@partial(jax.jit, static_argnames="lobes")
+def _minimum(source: Source, lobes: int) -> tuple[Array, Array, Array]:
+    curve, stiffness = _curve(source)
+    still, _ = _curve(jax.lax.stop_gradient(source))
+    lowest = jax.tree.map(lambda a: a[0], cells(still))
+    row, offset = lowest.row, lowest.low
+    _, slope, bend = curve.at(row, offset)
+    # At an end of a measured band the minimum is no zero of the slope, and stays where it is.
+    step = slope.real / jnp.where(bend.real == 0, 1.0, bend.real)
+    step = jnp.where(jnp.abs(step) < 1e-6 * (curve.anchor[row] + offset), step, 0.0)
+    offset = offset - step
+    exists = lowest.gain < jnp.inf
+    omega = curve.anchor[row] + offset
+    response = jnp.where(exists, curve.at(row, offset)[0], -1.0)
+    gain = _gain(curve, row, offset) / stiffness
+    speed = _lobe_speeds(response, omega, lobes)
+    return jnp.where(exists, gain, jnp.nan), jnp.where(exists, omega, jnp.nan), jnp.where(exists, speed, jnp.nan)

@@ -1,0 +1,146 @@
+"""The exact stability limit of a process as a ``Limit``, and its lobes as curves."""
+
+import time
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from lobex import _checks
+from lobex._float64 import in_float64
+from lobex._pytree import pytree
+from lobex.limits.exact import ExactMinimum, Source, exact_branches, exact_critical, exact_minimum
+from lobex.limits.hayes import hayes_interval
+from lobex.limits.receptance import ModalCurve, Receptance
+from lobex.processes.canonical import Scalar
+from lobex.processes.process import Process, check_process
+from lobex.processes.regenerative import Rub, Turning
+from lobex.results.description import describe
+from lobex.results.limit import Kind, Limit, Status
+
+Array = Any
+
+# Rounding of the closed form: the bound that tests hold it to.
+_RELATIVE_ERROR = 1e-12
+_REACH = 3.0
+_FILL = 6
+
+
+@pytree()
+class ExactLobes:
+    """The stability boundary as curves over ω: every lobe is (speed[j − 1], gain).
+
+    Attributes:
+        angular_frequency: ω, increasing, (n,), rad/s.
+        gain: (n,), N/m or m; NaN where no gain is on the boundary.
+        speed: speeds at which lobes 1, 2, … pass there, (lobes, n), Hz.
+        minimum: the least limit over all speeds, with its speeds.
+    """
+
+    angular_frequency: Array
+    gain: Array
+    speed: Array
+    minimum: ExactMinimum
+
+
+def exact_limit(process: Process, speed: Any) -> Limit:
+    """The stability limit in closed form: constant coefficients, one contact direction, any number of modes.
+
+    D-subdivision over all lobes and modes for ``Rub`` and ``Turning``, with modes or with a measured
+    ``Receptance`` in their place; Hayes' limits for ``Scalar``, whose ``gain`` is the upper one. Good to
+    1e-12 relative, and differentiable with respect to speed and every number in the process. ``intervals``
+    holds the stable interval below the limit; whether the process is stable again above it is not looked at.
+
+    Args:
+        process: ``Rub``, ``Turning`` or ``Scalar``.
+        speed: speeds, Hz (revolutions per second), (n,) or one number.
+
+    Returns:
+        A ``Limit``; status "tie" marks a cusp between two lobes, where the derivative is that of one side.
+
+    Raises:
+        ValueError: for a process with periodic coefficients or several contact directions, and for speeds that
+            are not positive and finite.
+    """
+    check_process(process)
+    begun = time.perf_counter()
+    speed = np.atleast_1d(np.asarray(speed, dtype=float)) if not _checks.is_traced(speed) else jnp.atleast_1d(speed)
+    if np.ndim(speed) != 1 or np.size(speed) == 0:
+        raise ValueError(f"speed has shape {np.shape(speed)}; give one speed or a list of them")
+    gain, frequency, kind, tie, low = _hayes(process, speed) if isinstance(process, Scalar) else _lobes(process, speed)
+    lib = jnp if any(map(_checks.is_traced, jax.tree.leaves((process, speed)))) else np
+    found = lib.isfinite(gain)
+    status = lib.where(found, lib.where(tie, int(Status.TIE), int(Status.FOUND)), int(Status.NONE_IN_RANGE))
+    return Limit(
+        speed=speed,
+        gain=gain,
+        chatter_frequency=frequency,
+        kind_code=lib.where(found, int(kind), int(Kind.NONE)).astype("int8"),
+        status_code=status.astype("int8"),
+        intervals=lib.stack([lib.where(found, low, lib.nan), gain], axis=-1)[:, None],
+        error=_RELATIVE_ERROR * lib.abs(gain),
+        bounds=(-np.inf if process.gain.signed else 0.0, np.inf),
+        quantity=process.gain,
+        speed_unit=process.speed_unit,
+        process={"type": type(process).__name__} if lib is jnp else describe(process),
+        method={"type": "DSubdivision"},
+        seconds=time.perf_counter() - begun,
+    )
+
+
+def exact_lobes(process: Process, lobes: int = 10) -> ExactLobes:
+    """The boundary of stability as one curve per lobe, for plots, with the least limit over all speeds.
+
+    Args:
+        process: ``Rub`` or ``Turning``, with modes or a measured ``Receptance``.
+        lobes: number of lobes, from the first, the one of highest speed.
+
+    Raises:
+        ValueError: for any other process, several contact directions, or fewer than one lobe.
+    """
+    check_process(process)
+    source = _source(process)
+    omega = _frequencies(source)
+    curves = exact_branches(source, omega, lobes)
+    return ExactLobes(omega, curves.gain, curves.speed, exact_minimum(source, lobes))
+
+
+def _source(process: Any) -> Source:
+    """What D-subdivision takes: a measured receptance of turning is scaled, so that its gain is a depth."""
+    if not isinstance(process, Rub | Turning):
+        raise ValueError(
+            f"process = {type(process).__name__} has no exact limit; give Rub, Turning or Scalar, or critical_gain"
+        )
+    measured = process.modes
+    if not isinstance(measured, Receptance):
+        return process
+    scale = process.radial if isinstance(process, Turning) else 1.0
+    return Receptance(measured.frequency, measured.response * scale)
+
+
+def _lobes(process: Any, speed: Array) -> tuple[Array, Array, Kind, Array, float]:
+    found = exact_critical(_source(process), speed)
+    return found.gain, found.chatter_frequency, Kind.HOPF, found.tie, 0.0
+
+
+def _hayes(process: Scalar, speed: Array) -> tuple[Array, Array, Kind, Array, Array]:
+    interval = hayes_interval(process.a, speed)
+    none = interval.upper * 0.0
+    return interval.upper, none, Kind.FOLD, none > 0, interval.lower
+
+
+@in_float64
+def _frequencies(source: Source) -> Array:
+    """Frequencies dense at the resonances, up to three times the highest."""
+    if isinstance(source, Receptance):
+        knots = 2 * jnp.pi * jnp.asarray(source.frequency)
+    else:
+        modes = source.modes if isinstance(source, Rub | Turning) else source
+        curve = ModalCurve(modes)
+        row, offset = curve.grid()
+        knots = jnp.sort(curve.anchor[row] + offset)
+        knots = knots[(knots > 0) & (knots < _REACH * jnp.max(curve.anchor))]
+    parts = jnp.arange(_FILL) / _FILL
+    filled = (knots[:-1, None] + parts * jnp.diff(knots)[:, None]).ravel()
+    return jnp.unique(jnp.append(filled, knots[-1]))

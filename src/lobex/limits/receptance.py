@@ -1,0 +1,241 @@
+"""The receptance at the contact, from modes or from a measurement, and its derivatives by frequency."""
+
+from typing import Any, Protocol
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from lobex import _checks
+from lobex._pytree import pytree
+from lobex.structures.modes import Modes
+
+Array = Any
+
+# Grid of a mode: points on either side of it, and up to what multiple of the highest frequency they go.
+_POINTS = 32
+_REACH = 100.0
+# Samples that the slope of a measured curve is taken from, and parts that each of its intervals is searched in.
+_NEIGHBOURS = 5
+_PARTS = 3
+
+
+@pytree()
+class Receptance:
+    """A measured frequency response at the contact, displacement over force, used in place of modes.
+
+    Between samples the dynamic stiffness 1/G is interpolated by piecewise cubics, with the slope at a sample
+    from the quartic through it and its four nearest neighbours (Hermite interpolation, error of order h⁴).
+    Near a resonance 1/G is close to a parabola, so that it is followed even where a resonance holds
+    only a few samples, and a stray sample changes the curve no further than three samples away. Noise is
+    interpolated as it stands: smooth a noisy measurement first.
+
+    Attributes:
+        frequency: increasing frequencies above zero, shape (n,), n ≥ 4, Hz.
+        response: complex G at those frequencies, not zero, shape (n,), m/N, for the time dependence e^{jωt}.
+
+    Raises:
+        ValueError: for fewer than 4 samples, lengths that do not agree, frequencies that are not increasing
+            or not above zero, or a response that is zero or not finite.
+    """
+
+    frequency: Array
+    response: Array
+
+    def __post_init__(self) -> None:
+        if not _checks.is_traced(self.frequency):
+            object.__setattr__(self, "frequency", _checks.grid("frequency", self.frequency, "Hz"))
+            _checks.positive("frequency", self.frequency, "Hz")
+        if not _checks.is_traced(self.response):
+            object.__setattr__(self, "response", _as_response(self.response))
+        count = np.shape(self.frequency)[0]
+        if count < 4:
+            raise ValueError(f"frequency has {count} samples; give at least 4")
+        if np.shape(self.response) != (count,):
+            raise ValueError(
+                f"response has shape {np.shape(self.response)}; give one value per frequency, shape ({count},)"
+            )
+
+
+def receptance(source: Modes | Receptance, omega: Array) -> Array:
+    """G(ω) = Σ φᵢ²/(ωᵢ² − ω² + 2jξᵢωᵢω) at the contact, complex, m/N.
+
+    Args:
+        source: modes with one contact direction, or a measured receptance, which is interpolated.
+        omega: ω, rad/s, any shape.
+
+    Returns:
+        Array of the shape of ``omega``; NaN outside the band of a measurement.
+    """
+    omega = jnp.asarray(omega, dtype=jnp.result_type(float))
+    if isinstance(source, Modes):
+        return _modal_response(source, jnp.asarray(source.angular_frequency) - omega[..., None], omega)[0]
+    curve = SampledCurve(source)
+    row = jnp.clip(jnp.searchsorted(curve.anchor, omega, side="right") - 1, 0, curve.rows - 1)
+    inside = (omega >= curve.anchor[0]) & (omega <= curve.knot[-1])
+    return jnp.where(inside, curve.at(row, omega - curve.anchor[row])[0], jnp.nan)
+
+
+class Curve(Protocol):
+    """G along the frequency axis, in rows: a frequency is an anchor, ω of its row, plus an offset.
+
+    Offsets keep their digits beside a resonance much sharper than the rounding of ω.
+    """
+
+    anchor: Array
+
+    @property
+    def open_ended(self) -> bool:
+        """Whether the last row goes on to infinite frequency."""
+        ...
+
+    @property
+    def most_breaks(self) -> int | None:
+        """Largest number of zeros of one of the functions that bracketing looks at; None for one per cell."""
+        ...
+
+    def grid(self) -> tuple[Array, Array]:
+        """Rows and offsets of points, sorted, so dense that cells hold one such zero at most, each (p,)."""
+        ...
+
+    def at(self, row: Array, offset: Array) -> tuple[Array, Array, Array]:
+        """G and its first and second derivative by ω, each of the shape of ``offset``."""
+        ...
+
+    def undamped_at(self, row: Array, offset: Array) -> Array:
+        """Whether the point is the pole of a mode without damping."""
+        ...
+
+
+class ModalCurve:
+    """The receptance of modes: one row per mode, from halfway to the one below to halfway to the next.
+
+    A mode without damping is given ξ = ε², ε the rounding unit: its pole becomes a resonance narrower than
+    any rounding of ω, and everything else stays as it is.
+    """
+
+    def __init__(self, modes: Modes) -> None:
+        angular_frequency = jnp.asarray(modes.angular_frequency, dtype=jnp.result_type(float))
+        order = jnp.argsort(jax.lax.stop_gradient(angular_frequency))
+        damping_ratio = jnp.asarray(modes.damping_ratio, dtype=angular_frequency.dtype)[order]
+        floor = jnp.finfo(angular_frequency.dtype).eps ** 2
+        self.undamped = damping_ratio < floor
+        raised = jax.lax.stop_gradient(jnp.maximum(damping_ratio, floor) - damping_ratio)
+        self.anchor = angular_frequency[order]
+        self.modes = jax.tree.unflatten(
+            jax.tree.structure(modes), [self.anchor, damping_ratio + raised, jnp.asarray(modes.shape)[order]]
+        )
+        self.open_ended = True
+        # Of Re G, its slope and the bend of arg G: degrees in ω² of their numerators, which are at most 4n.
+        self.most_breaks = 4 * modes.count
+
+    def grid(self) -> tuple[Array, Array]:
+        anchor, width = self.anchor, self.anchor * self.modes.damping_ratio
+        apart = jnp.abs(anchor[:, None] - anchor)
+        # The finest feature as seen from each mode, which may be a neighbour's resonance.
+        finest = jnp.min(jnp.maximum(width, apart), axis=1)
+        top = _REACH * jnp.max(anchor + 2 * width)
+        # Neighbouring rows overlap by a little more than rounding, so that nothing falls between them.
+        half = jnp.diff(anchor) / 2 + 8 * jnp.finfo(anchor.dtype).eps * anchor[1:]
+        below = jnp.concatenate([jnp.zeros(1, anchor.dtype), half])
+        above = jnp.concatenate([half, top[None]])
+        steps = jnp.arange(1, _POINTS + 1) / _POINTS
+        left, right = (clustered(finest[:, None], reach[:, None], steps) for reach in (below, above))
+        offset = jnp.concatenate([-left[:, ::-1], jnp.zeros((len(anchor), 1), anchor.dtype), right], axis=1)
+        return jnp.repeat(jnp.arange(len(anchor)), offset.shape[1]), offset.ravel()
+
+    def at(self, row: Array, offset: Array) -> tuple[Array, Array, Array]:
+        anchor = self.anchor[row]
+        return _modal_response(self.modes, self._distance(row, offset), anchor + offset)
+
+    def undamped_at(self, row: Array, offset: Array) -> Array:
+        close = jnp.abs(self._distance(row, offset)) <= jnp.finfo(self.anchor.dtype).eps ** 1.5 * self.anchor
+        return jnp.any(close & self.undamped, axis=-1)
+
+    def _distance(self, row: Array, offset: Array) -> Array:
+        return (self.anchor - self.anchor[row][..., None]) - offset[..., None]
+
+
+class SampledCurve:
+    """The receptance between samples: one row per interval."""
+
+    def __init__(self, source: Receptance) -> None:
+        self.knot = 2 * jnp.pi * jnp.asarray(source.frequency, dtype=jnp.result_type(float))
+        stiffness = 1 / jnp.asarray(source.response)
+        slope = _slopes(self.knot, stiffness)
+        self.anchor, self.step = self.knot[:-1], jnp.diff(self.knot)
+        self.rows = self.anchor.shape[0]
+        secant = jnp.diff(stiffness) / self.step
+        self.coefficients = (
+            stiffness[:-1],
+            slope[:-1],
+            (3 * secant - 2 * slope[:-1] - slope[1:]) / self.step,
+            (slope[:-1] + slope[1:] - 2 * secant) / self.step**2,
+        )
+        self.open_ended = False
+        self.most_breaks = None
+
+    def grid(self) -> tuple[Array, Array]:
+        offset = self.step[:, None] * (jnp.arange(_PARTS + 1) / _PARTS)
+        return jnp.repeat(jnp.arange(self.rows), _PARTS + 1), offset.ravel()
+
+    def at(self, row: Array, offset: Array) -> tuple[Array, Array, Array]:
+        c0, c1, c2, c3 = (c[row] for c in self.coefficients)
+        inverse = 1 / (c0 + offset * (c1 + offset * (c2 + offset * c3)))
+        ratio = (c1 + offset * (2 * c2 + offset * 3 * c3)) * inverse
+        return inverse, -inverse * ratio, inverse * (2 * ratio**2 - (2 * c2 + 6 * offset * c3) * inverse)
+
+    def undamped_at(self, row: Array, offset: Array) -> Array:
+        return jnp.zeros(jnp.shape(offset), dtype=bool)
+
+
+def clustered(width: Array, reach: Array, steps: Array) -> Array:
+    """Offsets up to ``reach``, evenly spaced up to about ``width`` and geometrically beyond; ``steps`` in (0, 1]."""
+    return jnp.minimum(width * jnp.sinh(steps * jnp.arcsinh(reach / width)), reach)
+
+
+def _modal_response(modes: Modes, distance: Array, omega: Array) -> tuple[Array, Array, Array]:
+    """G, G′ and G″ at ω, shape (…,), where ``distance`` is ωᵢ − ω, shape (…, n)."""
+    angular_frequency = jnp.asarray(modes.angular_frequency)
+    weight = jnp.asarray(modes.shape)[:, 0] ** 2
+    damping = 2 * jnp.asarray(modes.damping_ratio) * angular_frequency
+    omega = omega[..., None]
+    inverse = 1 / jax.lax.complex(distance * (angular_frequency + omega), damping * omega)
+    ratio = jax.lax.complex(*jnp.broadcast_arrays(-2 * omega, damping)) * inverse
+    terms = (inverse, -inverse * ratio, 2 * inverse * (ratio**2 + inverse))
+    response, slope, bend = (jnp.sum(weight * term, axis=-1) for term in terms)
+    return response, slope, bend
+
+
+def _slopes(knot: Array, value: Array) -> Array:
+    """Derivative at each knot of the polynomial through the (at most five) samples around it, (n,)."""
+    count = knot.shape[0]
+    points = min(_NEIGHBOURS, count)
+    first = np.clip(np.arange(count) - points // 2, 0, count - points)
+    index = first[:, None] + np.arange(points)
+    own = np.arange(count) - first
+    x = (knot[index] - knot[:, None]) / (knot[index[:, -1]] - knot[index[:, 0]])[:, None]
+    # Differences of values and not values: the slope of a constant is exactly zero.
+    difference = value[index] - value[:, None]
+    total = jnp.zeros_like(value)
+    for j in range(points):
+        others = [k for k in range(points) if k != j]
+        # The slope of Lagrange's polynomial j at a node that is not j: all factors but that of the node.
+        product = jnp.ones_like(knot)
+        for k in others:
+            at_own = own == k
+            product = product * jnp.where(at_own, 1.0, -x[:, k]) / (x[:, j] - x[:, k])
+        total = total + jnp.where(own == j, 0.0, product) * difference[:, j]
+    return total / (knot[index[:, -1]] - knot[index[:, 0]])
+
+
+def _as_response(response: Any) -> np.ndarray:
+    try:
+        values = np.asarray(response, dtype=complex)
+    except (TypeError, ValueError):
+        raise ValueError(f"response = {response!r} is not a list of numbers; give complex values in m/N") from None
+    if not np.all(np.isfinite(values)):
+        raise ValueError("response has NaN or infinite values; give finite numbers in m/N")
+    if np.any(values == 0):
+        raise ValueError("response has zeros, where 1/G does not exist; leave those samples out")
+    return values
