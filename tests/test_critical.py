@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import lobex
+import lobex._pytree
 from cases import LIMIT_CASES, LIMIT_TOOLS, ROD, milling, rub
 
 BOUNDS = (4.5e4, 4.5e6)
@@ -49,6 +50,24 @@ def test_no_limit_is_nan_with_its_reason():
     assert set(above.status) == {"unstable at the lower bound"}
     assert set(above.kind) == {""}
     assert np.isnan(above.intervals).all()
+
+
+@lobex._pytree.pytree()
+class _Gap(lobex.Rub):
+    """A rub that fails between two gains, as a model outside its range would."""
+
+    def system(self, speed, gain):
+        system = super().system(speed, gain)
+        bad = (gain > 2.5e5) & (gain < 4e5)
+        return jax.tree.map(lambda leaf: jax.numpy.where(bad, jax.numpy.nan, leaf), system)
+
+
+def test_a_limit_above_points_that_failed_is_not_claimed():
+    # 200 Hz has its limit at 3.3e5, within the gap; 85 Hz at 9.2e5, above it; both may have missed a lower one.
+    limit = lobex.critical_gain(_Gap(ROD.modes), [85.0, 200.0], (1e5, 2e6), lobex.Chebyshev(40), scan=20)
+    assert set(limit.status) == {"not converged"}
+    assert np.isnan(limit.gain).all()
+    assert np.isnan(limit.intervals).all()
 
 
 @pytest.fixture(scope="module")

@@ -101,6 +101,12 @@ def writable(name: str, path: str | os.PathLike[str]) -> Path:
     return target
 
 
+def brief(value: Any) -> str:
+    """A value for a message of one line: itself if it is short, else its type."""
+    text = repr(value)
+    return text if len(text) <= 60 and "\n" not in text else f"a {type(value).__name__}"
+
+
 def _in(unit: str, what: str) -> str:
     return f"{what} in {unit}" if unit else what
 

@@ -6,6 +6,7 @@ from typing import Any
 import jax
 import numpy as np
 
+from lobex import _checks
 from lobex._broadcast import over_points
 from lobex._float64 import in_float64
 from lobex.floquet.dense import all_multipliers, largest_modulus
@@ -75,7 +76,9 @@ def _checked(process: Any, speed: Any, gain: Any, method: Any) -> tuple[Array, A
 def check_method(method: Any) -> None:
     """Require something that makes a monodromy operator."""
     if isinstance(method, type) or not callable(getattr(method, "operator", None)):
-        raise ValueError(f"method = {method!r} is no method; give lobex.Chebyshev() or lobex.SemiDiscretization()")
+        raise ValueError(
+            f"method = {_checks.brief(method)} is no method; give lobex.Chebyshev() or lobex.SemiDiscretization()"
+        )
 
 
 def _matrix(process: Process, method: Method, speed: Array, gain: Array) -> Array:

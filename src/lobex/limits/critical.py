@@ -106,7 +106,7 @@ def _search(
 ) -> dict[str, np.ndarray]:
     scanned = np.abs(dominant_over_grid(process, speeds, gains, method, progress).multiplier)
     lane, gain, value = _refine(process, speeds, gains, method, _log(scanned))
-    opening = np.flatnonzero((lane[1:] == lane[:-1]) & (np.sign(value[1:]) * np.sign(value[:-1]) < 0))
+    opening = np.flatnonzero((lane[1:] == lane[:-1]) & (value[1:] * value[:-1] < 0))
     ends = (value[opening], value[opening + 1])
     found = _polish(process, speeds[lane[opening]], gain[opening], gain[opening + 1], ends, method)
     converged = np.abs(found.growth) < _CONVERGED
@@ -120,12 +120,14 @@ def _search(
     pick = np.where(has, lowest, 0)
     limit = np.where(has, crossings[pick], np.nan) if len(crossings) else np.full(len(speeds), np.nan)
     status = np.where(stable, np.where(has, Status.FOUND, Status.NONE_IN_RANGE), Status.UNSTABLE_AT_THE_LOWER_BOUND)
-    failed = np.isnan(value)
-    lost = np.bincount(lane[opening][~converged], minlength=len(speeds)) + np.bincount(
-        lane[failed], minlength=len(speeds)
-    )
-    status = np.where((lost > 0) & (np.isnan(limit) | (status != Status.FOUND)), Status.NOT_CONVERGED, status)
-    limit = np.where(status == Status.NOT_CONVERGED, np.nan, limit)
+    # A sample that failed, or a crossing that was not polished, hides what lies around it from every limit above.
+    hidden_lane = np.r_[lane[np.isnan(value)], lane[opening][~converged]]
+    hidden_gain = np.full(len(speeds), np.inf)
+    np.minimum.at(hidden_gain, hidden_lane, np.r_[gain[np.isnan(value)], gain[opening][~converged]])
+    lost = np.isfinite(hidden_gain)
+    unsure = lost & ~(limit < hidden_gain)
+    status = np.where(unsure, Status.NOT_CONVERGED, status)
+    limit = np.where(unsure, np.nan, limit)
 
     at = np.flatnonzero(np.isfinite(limit))
     frequency, kind, error = (np.full(len(speeds), np.nan) for _ in range(3))
@@ -138,14 +140,16 @@ def _search(
         "chatter_frequency": frequency,
         "kind_code": np.nan_to_num(kind).astype(np.int8),
         "status_code": status.astype(np.int8),
-        "intervals": _intervals(stable, lane[opening], crossings, gains, lost > 0),
+        "intervals": _intervals(stable, lane[opening], crossings, gains, lost),
         "error": error,
     }
 
 
 def _log(modulus: np.ndarray) -> np.ndarray:
+    """log |μ|, with exactly 1 taken as just unstable and 0 as far below."""
     with np.errstate(divide="ignore"):
-        return np.maximum(np.log(modulus), -1e3)
+        growth = np.maximum(np.log(modulus), -1e3)
+    return np.where(growth == 0, np.finfo(float).tiny, growth)
 
 
 def _refine(

@@ -144,7 +144,9 @@ def exact_minimum(source: Source, lobes: int = 10) -> ExactMinimum:
 def _checked(source: Any) -> Source:
     if not isinstance(source, Source):
         hint = "; lobex.limits.hayes has the limits of Scalar" if type(source).__name__ == "Scalar" else ""
-        raise ValueError(f"source = {source!r} has no exact limit; give Rub, Turning, Modes or Receptance{hint}")
+        raise ValueError(
+            f"source = {_checks.brief(source)} has no exact limit; give Rub, Turning, Modes or Receptance{hint}"
+        )
     if isinstance(source, Receptance):
         return source
     modes = source if isinstance(source, Modes) else source.modes

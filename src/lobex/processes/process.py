@@ -25,7 +25,7 @@ class Process(Protocol):
 def check_process(process: Any) -> None:
     """Require something that makes a delay system."""
     if isinstance(process, type) or not callable(getattr(process, "system", None)):
-        raise ValueError(f"process = {process!r} is no process; give one such as lobex.Rub(modes)")
+        raise ValueError(f"process = {_checks.brief(process)} is no process; give one such as lobex.Rub(modes)")
 
 
 def check_speed(process: Process, speed: Any) -> None:
