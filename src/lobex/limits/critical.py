@@ -286,8 +286,8 @@ def _traced(process: Process, speeds: Array, gains: np.ndarray, method: Method) 
                 jnp.where(bracketed | jnp.isnan(values).any(), Status.NOT_CONVERGED, Status.NONE_IN_RANGE),
             ),
         )
-        gain = jnp.where(good, crossing.gain, jnp.nan)
-        frequency, kind, rival = _label_point(fixed[0], method, speed, jnp.where(good, gain, gains[0]))
+        gain: Array = jnp.where(good, crossing.gain, jnp.nan)
+        frequency, kind, rival = _label_point(fixed[0], method, speed, jnp.nan_to_num(gain, nan=gains[0]))
         status = jnp.where(good & (jnp.log(rival) > -_TIE), Status.TIE, status)
         return gain, status, jnp.where(good, frequency, jnp.nan), jnp.where(good, kind, Kind.NONE), crossing.slope
 

@@ -8,7 +8,7 @@ As ωτ lies in ((2j − 1)π, 2jπ), no other j has a delay above zero.
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 import jax
 import jax.numpy as jnp
@@ -182,9 +182,10 @@ def _branches(source: Source, omega: Array, lobes: int) -> tuple[Array, Array]:
     omega = jnp.asarray(omega, dtype=jnp.result_type(float))
     response = receptance(source if isinstance(source, Modes | Receptance) else source.modes, omega)
     there = response.real < 0
-    response = jnp.where(there, response, -1.0)
-    speed = _lobe_speeds(response, omega, lobes)
-    return jnp.where(there, -0.5 / response.real / stiffness, jnp.nan), jnp.where(there, speed, jnp.nan)
+    # The overloads of where in jax 0.9 hide that it returns one array.
+    real = cast(Array, jnp.where(there, response.real, -1.0))
+    speed = _lobe_speeds(jax.lax.complex(real, response.imag), omega, lobes)
+    return jnp.where(there, -0.5 / real / stiffness, jnp.nan), jnp.where(there, speed, jnp.nan)
 
 
 def _lobe_speeds(response: Array, omega: Array, lobes: int) -> Array:

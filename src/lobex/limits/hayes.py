@@ -1,6 +1,6 @@
 """The exact stability limits of Hayes' equation ẋ(t) = a x(t) + b x(t − τ)."""
 
-from typing import Any
+from typing import Any, cast
 
 import jax
 import jax.numpy as jnp
@@ -60,7 +60,7 @@ def _interval(a: Array, speed: Array) -> tuple[Array, Array, Array]:
     a, speed = jnp.broadcast_arrays(*(jnp.asarray(v, dtype=jnp.result_type(float)) for v in (a, speed)))
     scaled = a / speed
     exists = scaled < 1
-    scaled = jnp.where(exists, scaled, 0.0)
+    scaled = cast(Array, jnp.where(exists, scaled, 0.0))
 
     # θ − arg(aτ + jθ): convex and started right of its root for a > 0, concave and started left for a < 0.
     def improve(theta: Array, scaled: Array) -> Array:

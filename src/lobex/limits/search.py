@@ -1,6 +1,6 @@
 """The crossing of lowest gain at one speed, among the cells of a receptance."""
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
@@ -93,7 +93,7 @@ def lowest_crossing(curve: Curve, cells: Cells, speed: Array) -> Crossing:
         offset = bracketed_root(miss, start, stop, stop_phase > start_phase, guess, tolerance)
         response, _, _ = curve.at(row, offset)
         there = (near_held | far_held) & (response.real < 0)
-        gain = jnp.where(there, -0.5 / jnp.where(there, response.real, -1.0), jnp.inf)
+        gain = jnp.where(there, _gain(response.real, there), jnp.inf)
         return Crossing(row, offset, whole[row] + level, gain, jnp.asarray(False))
 
     def following(i: Array) -> tuple[Array, Array]:
@@ -113,6 +113,11 @@ def lowest_crossing(curve: Curve, cells: Cells, speed: Array) -> Crossing:
     zero = jnp.zeros_like(rate)
     none = Crossing(cells.row[0], cells.low[0], zero, zero + jnp.inf, jnp.asarray(False))
     return jax.lax.while_loop(promising, search, (*following(jnp.asarray(-1)), none))[2]
+
+
+def _gain(real: Array, there: Array) -> Array:
+    safe: Array = cast(Array, jnp.where(there, real, -1.0))
+    return -0.5 / safe
 
 
 def _better(curve: Curve, best: Crossing, new: Crossing) -> Crossing:

@@ -143,13 +143,13 @@ class MillingFeedback:
         since_entry = phase - self.entry * self.teeth / (2 * jnp.pi)
         order = jnp.arange(self.teeth)[:, None]
         angle = self.entry + 2 * jnp.pi / self.teeth * (since_entry + order)
-        return self._pair(jnp.sum(jnp.where(order < teeth_in_cut, self._force(angle), 0.0), axis=-2))
+        return self._pair(jnp.sum((order < teeth_in_cut) * self._force(angle), axis=-2))
 
     def at(self, phase: Array) -> tuple[Array, Array]:
         angle = 2 * jnp.pi / self.teeth * (phase + jnp.arange(self.teeth)[:, None])
         angle = jnp.mod(angle, 2 * jnp.pi)
         cutting = (angle >= self.entry) & (angle <= self.exit)
-        return self._pair(jnp.sum(jnp.where(cutting, self._force(angle), 0.0), axis=-2))
+        return self._pair(jnp.sum(cutting * self._force(angle), axis=-2))
 
     def mean(self, start: Array, stop: Array) -> tuple[Array, Array]:
         pitch = 2 * jnp.pi / self.teeth

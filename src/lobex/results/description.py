@@ -17,7 +17,7 @@ def describe(value: Any) -> Any:
         return [describe(v) for v in value]
     numbers = np.asarray(value)
     if np.iscomplexobj(numbers):
-        return {"type": "Complex", "real": numbers.real.tolist(), "imag": numbers.imag.tolist()}
+        return {"type": "Complex", "real": np.real(numbers).tolist(), "imag": np.imag(numbers).tolist()}
     return numbers.tolist()
 
 
