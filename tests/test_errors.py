@@ -8,6 +8,7 @@ from cases import MILL, MULTIPLIER_TOOLS, ROD, milling
 
 TOOL = MULTIPLIER_TOOLS["Insperger-Stepan"]
 GOOD = [1e5, 2e5]
+MEASURED = lobex.Rub(lobex.Receptance([10.0, 20.0, 30.0, 40.0], np.full(4, 1e-6 - 1e-7j)))
 
 
 def mill(**changes):
@@ -27,6 +28,12 @@ def mill(**changes):
         (lambda: mill(immersion=np.nan), "radial_immersion = nan"),
         (lambda: mill(direction="sideways"), "direction = 'sideways'"),
         (lambda: lobex.Turning(ROD.modes, radial=0.0), "radial = 0"),
+        (lambda: lobex.Rub(lobex.Rod()), "lobex.Rod().modes()"),
+        (lambda: lobex.Turning(None, radial=1e8), "modes = None"),
+        (lambda: lobex.Milling(lobex.Rod(), 2, 1e8, 1e8, 0.5), "lobex.Rod().modes()"),
+        (lambda: lobex.spectral_radius(MEASURED, 50.0, 1e5), "a measured receptance serves exact_limit"),
+        (lambda: lobex.sweep(MEASURED, [50.0, 60.0], GOOD), "a measured receptance serves exact_limit"),
+        (lambda: lobex.critical_gain(MEASURED, 50.0, (1e5, 2e5)), "a measured receptance serves exact_limit"),
         (lambda: lobex.DelayedMathieu(delta=1.0, epsilon=0.1, damping=-0.2), "damping = -0.2"),
         (lambda: lobex.Scalar(np.inf), "a = inf"),
         (lambda: lobex.Chebyshev(nodes=1), "nodes = 1"),

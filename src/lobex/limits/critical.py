@@ -1,6 +1,7 @@
 """The critical gain of any process: a scan brackets every crossing of max|μ| = 1, Newton's method polishes it."""
 
 import time
+import warnings
 from functools import partial
 from typing import Any
 
@@ -12,6 +13,8 @@ from lobex import _checks
 from lobex.floquet import dense
 from lobex.floquet.chatter import chatter_frequency
 from lobex.grids.evaluation import dominant_at_points, dominant_over_grid
+from lobex.grids.resolution import oddities
+from lobex.grids.sweep import SweepWarning
 from lobex.limits.growth import Crossing, find_crossing, growth, growth_and_slope
 from lobex.operators.operator import Method
 from lobex.processes.process import Process, check_gain, check_process, check_speed
@@ -64,6 +67,10 @@ def critical_gain(
     Raises:
         ValueError: for speeds that are not positive and finite, bounds that are not two increasing gains that
             the process can have, or a scan of fewer than 3 gains.
+
+    Warns:
+        SweepWarning: when the method's samples are too few to follow the first mode at the lowest speed, or when
+            all speeds lie above every lobe.
     """
     check_process(process)
     check_method(method)
@@ -82,6 +89,8 @@ def critical_gain(
         return _traced(process, jnp.atleast_1d(speed), gains, method)
     begun = time.perf_counter()
     speeds = np.atleast_1d(np.asarray(speed, dtype=np.float64))
+    for message in oddities(process, method, float(speeds.min()), float(gains[-1])):
+        warnings.warn(message, SweepWarning, stacklevel=2)
     with jax.enable_x64(True):
         process = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=np.float64), process)
         parts = _search(process, speeds, gains, method, progress)

@@ -13,7 +13,7 @@ from lobex.processes.feedback import Piece
 from lobex.processes.process import check_point
 from lobex.processes.quantity import DEPTH_OF_CUT, Quantity
 from lobex.processes.system import DelaySystem, modal_system
-from lobex.structures.modes import Modes
+from lobex.structures.modes import Modes, check_modes
 
 Array = Any
 
@@ -68,6 +68,7 @@ class Milling:
                 f"radial_immersion = {float(immersion):.6g} is outside (0, 1]; "
                 "give radial depth of cut divided by tool diameter"
             )
+        check_modes(self.modes)
         if self.modes.directions not in (1, 2):
             raise ValueError(f"modes has {self.modes.directions} contact directions; milling takes 1 or 2")
         layout = self.layout if immersion is None else _layout(float(immersion), self.teeth, self.direction)

@@ -57,7 +57,7 @@ def check_point(process: Process, speed: Any, gain: Any) -> None:
 
 
 def _first_frequency(process: Process) -> float | None:
-    modes = getattr(process, "modes", None)
-    if modes is None or _checks.is_traced(modes.angular_frequency):
+    frequency = getattr(getattr(process, "modes", None), "angular_frequency", None)
+    if frequency is None or _checks.is_traced(frequency):
         return None
-    return float(np.min(modes.angular_frequency)) / (2 * np.pi)
+    return float(np.min(frequency)) / (2 * np.pi)

@@ -11,7 +11,7 @@ from lobex.processes.feedback import ConstantFeedback
 from lobex.processes.process import check_point
 from lobex.processes.quantity import CONTACT_STIFFNESS, DEPTH_OF_CUT, Quantity
 from lobex.processes.system import DelaySystem, modal_system
-from lobex.structures.modes import Modes
+from lobex.structures.modes import Modes, check_modes
 
 Array = Any
 
@@ -30,6 +30,9 @@ class Rub:
     gain: ClassVar[Quantity] = CONTACT_STIFFNESS
     speed_unit: ClassVar[str] = "Hz"
     passes: ClassVar[int] = 1
+
+    def __post_init__(self) -> None:
+        check_modes(self.modes, measured=True)
 
     @in_float64
     def system(self, speed: Array, gain: Array) -> DelaySystem:
@@ -57,6 +60,7 @@ class Turning:
     passes: ClassVar[int] = 1
 
     def __post_init__(self) -> None:
+        check_modes(self.modes, measured=True)
         _checks.positive("radial", self.radial, "N/m²")
         _checks.scalar("radial", self.radial)
 
@@ -68,5 +72,6 @@ class Turning:
 
 
 def _regenerative_system(modes: Modes, speed: Array, stiffness: Array) -> DelaySystem:
+    check_modes(modes)
     unit = jnp.eye(modes.directions, dtype=jnp.result_type(float))
     return modal_system(modes, 1 / speed, ConstantFeedback(-stiffness * unit, stiffness * unit))

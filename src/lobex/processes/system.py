@@ -7,7 +7,7 @@ import numpy as np
 
 from lobex._pytree import pytree
 from lobex.processes.feedback import Feedback, WholeStateFeedback
-from lobex.structures.modes import Modes
+from lobex.structures.modes import Modes, check_modes
 
 Array = Any
 
@@ -58,6 +58,7 @@ class DelaySystem:
 
 def modal_system(modes: Modes, delay: Array, feedback: Feedback) -> DelaySystem:
     """The delay system of vibration modes under a contact force; the state of a mode is (u, u̇/ω)."""
+    check_modes(modes)
     omega = jnp.asarray(modes.angular_frequency)
     zero, one = jnp.zeros_like(omega), jnp.ones_like(omega)
     unit = jnp.stack([jnp.stack([zero, one], -1), jnp.stack([-one, -2 * modes.damping_ratio], -1)], -2)

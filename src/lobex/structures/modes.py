@@ -117,6 +117,17 @@ class Modes:
         return Modes(self.angular_frequency[index], self.damping_ratio[index], self.shape[index])
 
 
+def check_modes(modes: Any, measured: bool = False) -> None:
+    """Require ``Modes`` or, if ``measured``, a measured receptance in their place."""
+    if isinstance(modes, Modes) or (measured and hasattr(modes, "response")):
+        return
+    if hasattr(modes, "response"):
+        hint = "a measured receptance serves exact_limit of Rub and Turning only; give lobex.Modes"
+    else:
+        hint = "give lobex.Modes, such as lobex.Rod().modes()"
+    raise ValueError(f"modes = {_checks.brief(modes)}: {hint}")
+
+
 @in_float64
 def modal_damping(damping_ratio: Any, count: int) -> Array:
     """Damping ratios of ``count`` modes, shape (count,), from one number or one per mode."""
