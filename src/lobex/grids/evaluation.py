@@ -17,7 +17,7 @@ from lobex.processes.process import Process
 Array = Any
 
 # The operators of one chunk: a few megabytes stay in cache, and larger chunks measured up to twice slower.
-_CHUNK_BYTES = 3e6
+_CHUNK_BYTES = 4e6
 # Below this residual the iterated |μ| agrees with the dense solver to 1e-9 (tests/test_sweep.py).
 _TRUSTED_RESIDUAL = 1e-11
 # What is settled again, and how: more squarings first, for many slow modes at high speed; then the dense solver.
@@ -84,7 +84,8 @@ def _untrusted(multiplier: np.ndarray, residual: np.ndarray) -> np.ndarray:
 def _chunk_shape(process: Process, method: Method, speeds: np.ndarray, gains: np.ndarray) -> tuple[int, int]:
     system = process.system(speeds[0], gains[0])
     points = max(int(_CHUNK_BYTES / (8 * method.size(system) ** 2)), 1)
-    columns = min(len(gains), points)
+    # Parts of equal size: the last chunk of a row repeats as little as possible of the one before.
+    columns = -(-len(gains) // -(-len(gains) // points))
     return min(len(speeds), max(points // columns, 1)), columns
 
 
