@@ -85,6 +85,8 @@ def test_the_shell_computes_what_the_library_computes(tmp_path):
         (("lobes", "rub", "--speed", "90:50:10"), "not strictly increasing"),
         (("lobes", "rub", "--speed", "50:90:2.5"), "speed = '50:90:2.5'"),
         (("lobes", "rub", "--gain", "-1:5:10"), "gain = [-1, "),
+        (("lobes", "rub", "--speed", "50:90:1000000000"), "at most 1000000"),
+        (("lobes", "rub", "--out", ""), "out = ''"),
         (("lobes", "rub", "--elements", "abc"), "--elements"),
         (("lobes", "rub", "--elements", "0"), "elements = 0"),
         (("lobes", "rub", "--damping-ratio", "-0.1"), "damping_ratio = -0.1"),

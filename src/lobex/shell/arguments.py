@@ -9,6 +9,9 @@ import tyro
 from lobex import _checks
 
 
+_MOST_VALUES = 1_000_000
+
+
 def parse_range(name: str, text: str, unit: str) -> np.ndarray:
     """Read ``low:high:count`` as a grid with both ends."""
     wrong = f"{name} = {text!r} is not low:high:count with two or more values; give such as 50:400:351"
@@ -19,6 +22,8 @@ def parse_range(name: str, text: str, unit: str) -> np.ndarray:
         raise ValueError(wrong) from None
     if count < 2:
         raise ValueError(wrong)
+    if count > _MOST_VALUES:
+        raise ValueError(f"{name} = {text!r} asks for {count} values; give at most {_MOST_VALUES}")
     return _checks.grid(name, np.linspace(low, high, count), unit)
 
 

@@ -20,6 +20,8 @@ def speeds_and_gains(flags: Any) -> tuple[np.ndarray, np.ndarray]:
 def output_files(flags: Any, endings: tuple[str, ...]) -> list[Path]:
     """The files that a command writes, all of them writable."""
     path = Path(flags.output.out if flags.output.out is not None else flags.name)
+    if not path.name:
+        raise ValueError(f"out = {flags.output.out!r} is not a file name; give a path without ending, such as rub")
     return [_checks.writable("out", path.with_name(path.name + ending)) for ending in endings]
 
 
