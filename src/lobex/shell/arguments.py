@@ -8,7 +8,6 @@ import tyro
 
 from lobex import _checks
 
-
 _MOST_VALUES = 1_000_000
 
 
@@ -22,6 +21,7 @@ def parse_range(name: str, text: str, unit: str) -> np.ndarray:
         raise ValueError(wrong) from None
     if count < 2:
         raise ValueError(wrong)
+    _checks.as_numbers(name, (low, high), unit)
     if count > _MOST_VALUES:
         raise ValueError(f"{name} = {text!r} asks for {count} values; give at most {_MOST_VALUES}")
     return _checks.grid(name, np.linspace(low, high, count), unit)
