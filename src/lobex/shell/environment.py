@@ -7,15 +7,15 @@ from pathlib import Path
 def prepare_jax() -> None:
     """Import JAX for one quick command, with compiled programs kept between runs.
 
-    They lie in the user's cache folder, in one folder per JAX version;
-    ``JAX_COMPILATION_CACHE_DIR`` moves the folder and ``JAX_ENABLE_COMPILATION_CACHE=false`` turns it off.
+    They lie in the user's cache folder, in one folder per JAX version; ``JAX_COMPILATION_CACHE_DIR`` moves
+    the folder and ``JAX_ENABLE_COMPILATION_CACHE=false`` turns it off. Not before JAX 0.11: version 0.9
+    prints a warning of its own for every program that it finds there.
     """
-    # One thread per core is taken by JAX already, and version 0.9 prints a warning for every cached program.
+    # JAX has a thread per core already.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "2")
     import jax
 
-    if "JAX_COMPILATION_CACHE_DIR" in os.environ:
+    if "JAX_COMPILATION_CACHE_DIR" in os.environ or jax.__version_info__ < (0, 11):
         return
     base = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
     folder = Path(base).expanduser() / "lobex" / f"jax-{jax.__version__}"
