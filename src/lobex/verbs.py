@@ -61,9 +61,9 @@ def spectral_radius(process: Process, speed: Array, gain: Array, method: Method 
 def _checked(process: Any, speed: Any, gain: Any, method: Any) -> tuple[Array, Array]:
     check_process(process)
     check_method(method)
-    speed, gain = (np.asarray(value) if isinstance(value, list | tuple) else value for value in (speed, gain))
     check_speed(process, speed)
     check_gain(process, gain)
+    speed, gain = (np.asarray(value) if isinstance(value, list | tuple) else value for value in (speed, gain))
     try:
         np.broadcast_shapes(np.shape(speed), np.shape(gain))
     except ValueError:

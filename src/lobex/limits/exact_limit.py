@@ -14,7 +14,7 @@ from lobex.limits.exact import ExactMinimum, Source, exact_branches, exact_criti
 from lobex.limits.hayes import hayes_interval
 from lobex.limits.receptance import ModalCurve, Receptance
 from lobex.processes.canonical import Scalar
-from lobex.processes.process import Process, check_process
+from lobex.processes.process import Process, check_process, check_speed
 from lobex.processes.regenerative import Rub, Turning
 from lobex.results.description import describe
 from lobex.results.limit import Kind, Limit, Status
@@ -64,6 +64,7 @@ def exact_limit(process: Process, speed: Any) -> Limit:
             are not positive and finite.
     """
     check_process(process)
+    check_speed(process, speed)
     begun = time.perf_counter()
     speed = np.atleast_1d(np.asarray(speed, dtype=float)) if not _checks.is_traced(speed) else jnp.atleast_1d(speed)
     if np.ndim(speed) != 1 or np.size(speed) == 0:
