@@ -136,3 +136,10 @@ def test_singular_sparse_mass_is_refused():
     stiffness = scipy.sparse.csr_array(lobex.Rod(20).matrices()[1])
     with pytest.raises(ValueError, match="mass is singular"):
         lobex.Modes.from_matrices(mass, stiffness, np.eye(20)[-1], 0.02, keep=(1, 2))
+
+
+def test_modes_made_of_lists_are_arrays() -> None:
+    listed = lobex.Modes([900.0, 3000.0], [0.01, 0.02], [[1.0], [0.5]])
+    made = lobex.Modes(np.array([900.0, 3000.0]), np.array([0.01, 0.02]), np.array([[1.0], [0.5]]))
+    radius = [float(lobex.spectral_radius(lobex.Rub(modes), 100.0, 1e5)) for modes in (listed, made)]
+    assert radius[0] == radius[1]

@@ -9,7 +9,7 @@ import pytest
 
 import lobex
 from cases import LIMIT_CASES, MILL, MULTIPLIER_TOOLS, ROD, milling, rub
-from lobex.floquet import dense, iteration
+from lobex.floquet import dense, power
 
 GRIDS = [
     (ROD, np.linspace(50, 400, 12), np.linspace(4.5e4, 4.5e6, 11), lobex.Chebyshev(40)),
@@ -40,16 +40,16 @@ def test_sweep_agrees_with_the_dense_solver(process, speeds, gains, method):
 def test_chunks_of_any_shape_give_the_same_map(monkeypatch):
     speeds, gains = np.linspace(60, 400, 7), np.linspace(0, 4e6, 9)
     whole = lobex.sweep(ROD, speeds, gains)
-    module = sys.modules["lobex.grids.evaluation"]
-    for bytes_ in (1.0, 8 * 48**2 * 4, 8 * 48**2 * 20):
+    module = sys.modules["lobex.grids.refinement"]
+    for bytes_ in (1.0, 8 * 36**2 * 100):
         monkeypatch.setattr(module, "_CHUNK_BYTES", bytes_)
         parts = lobex.sweep(ROD, speeds, gains)
-        assert parts.spectral_radius == pytest.approx(whole.spectral_radius, rel=1e-11)
+        assert parts.spectral_radius == pytest.approx(whole.spectral_radius, rel=1e-10)
         assert parts.chatter_frequency == pytest.approx(whole.chatter_frequency, rel=1e-9)
 
 
-def test_iteration_reports_its_own_failure():
-    # Twelve multipliers of one modulus: no block of eight holds the dominant space.
+def test_powers_report_their_own_failure():
+    # Twelve multipliers of one modulus: no plane holds the dominant space.
     angles = np.linspace(0.1, 3.0, 6)
     blocks = [[[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]] for a in angles]
     rng = np.random.default_rng(1)
@@ -59,20 +59,37 @@ def test_iteration_reports_its_own_failure():
         matrix[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] = block
     matrix = basis @ matrix @ np.linalg.inv(basis)
     with jax.enable_x64(True):
-        assert float(iteration.dominant_pair(matrix)[2]) > 1e-6
+        pair, _ = power.dominant(matrix, 8)
+        assert float(power.residual(matrix, pair)) > 1e-6
         assert abs(complex(dense.dominant_pair(matrix)[0])) == pytest.approx(1, abs=1e-12)
 
 
-def test_iteration_meets_a_known_spectrum_with_near_ties():
+@pytest.mark.parametrize("second", [-1.29, 1.29, 0.9])
+def test_powers_meet_a_known_spectrum(second):
     rng = np.random.default_rng(3)
     basis = rng.standard_normal((30, 30))
-    values = np.r_[1.3, -1.2999, 1.2998, -1.2, 1.1, np.linspace(0.5, 0, 25)]
-    matrix = basis @ np.diag(values) @ np.linalg.inv(basis)
+    values = np.r_[1.3, second, np.linspace(0.5, 0, 28)]
+    inverse = np.linalg.inv(basis)
+    matrix = basis @ np.diag(values) @ inverse
     with jax.enable_x64(True):
-        value, vector, residual = iteration.dominant_pair(matrix)
+        (value, right, left), residual = power.dominant_triple(matrix)
     assert complex(value) == pytest.approx(1.3, rel=1e-11)
     assert float(residual) < 1e-10
-    assert matrix @ np.asarray(vector) == pytest.approx(1.3 * np.asarray(vector), abs=1e-9)
+    assert matrix @ np.asarray(right) == pytest.approx(1.3 * np.asarray(right), abs=1e-9)
+    assert np.asarray(left) @ matrix == pytest.approx(1.3 * np.asarray(left), abs=1e-9)
+
+
+def test_powers_meet_a_known_pair():
+    rng = np.random.default_rng(5)
+    basis = rng.standard_normal((20, 20))
+    matrix = np.diag(np.linspace(0.9, 0, 20))
+    matrix[:2, :2] = 1.1 * np.array([[np.cos(2.0), -np.sin(2.0)], [np.sin(2.0), np.cos(2.0)]])
+    matrix = basis @ matrix @ np.linalg.inv(basis)
+    with jax.enable_x64(True):
+        (value, _, left), residual = power.dominant_triple(matrix)
+    assert complex(value) == pytest.approx(1.1 * np.exp(2j), rel=1e-11)
+    assert float(residual) < 1e-10
+    assert np.asarray(left) @ matrix == pytest.approx(complex(value) * np.asarray(left), abs=1e-9)
 
 
 @pytest.mark.parametrize("case", [c for c in LIMIT_CASES if c["problem"] == "rod-rub"][:3])

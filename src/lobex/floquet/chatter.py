@@ -4,24 +4,47 @@ from typing import Any
 
 import jax.numpy as jnp
 
+from lobex.floquet.power import as_pair
 from lobex.operators.operator import MonodromyOperator
 
 Array = Any
 
 
-def chatter_frequency(operator: MonodromyOperator, delay: Array, value: Array, vector: Array) -> Array:
-    """Of the frequencies arg μ/(2πτ) + k/τ, the one that carries most of the motion, Hz, not negative.
+def carrier_frequency(phase: Array, weight: Array, motion: Array, delay: Array, value: Array) -> Array:
+    """Of the frequencies arg μ/(2πτ) + k/τ, the one that carries most of a motion, Hz, not negative.
 
     The motion of a multiplier is y(t) = μ^{t/τ} p(t/τ) with p of period 1: its Fourier coefficients are the
     amplitudes at those frequencies (Insperger et al., Multiple chatter frequencies in milling processes,
     J. Sound Vib. 262, 2003). The largest |k| looked at is half the number of samples.
+
+    Args:
+        phase: sampling phases t/τ, (S,).
+        weight: quadrature weights of the samples, (S,).
+        motion: y at the samples, real and imaginary part, (S, r, 2).
+        delay: τ, s.
+        value: μ, real and imaginary part, (2,).
     """
-    phase = operator.phase - operator.phase[0]
-    motion = jnp.einsum("srn,n->sr", operator.motion, vector)
-    exponent = jnp.log(value)
-    periodic = operator.weight[:, None] * motion * jnp.exp(-exponent * phase)[:, None]
+    phase = phase - phase[0]
+    growth, angle = jnp.log(jnp.sum(value**2)) / 2, jnp.arctan2(value[1], value[0])
     most = jnp.shape(phase)[0] // 2
     order = jnp.arange(-most, most + 1)
-    amplitude = jnp.exp(-2j * jnp.pi * order[:, None] * phase) @ periodic
-    carrier = order[jnp.argmax(jnp.sum(jnp.abs(amplitude) ** 2, axis=-1))]
-    return jnp.abs(jnp.angle(value) / (2 * jnp.pi) + carrier) / delay
+    # p(t) from the motion first, so that the Fourier terms are the same for all points of a batch.
+    decay = weight * jnp.exp(-growth * phase)
+    cosine, sine = decay * jnp.cos(angle * phase), decay * jnp.sin(angle * phase)
+    real = cosine[:, None] * motion[..., 0] + sine[:, None] * motion[..., 1]
+    imaginary = cosine[:, None] * motion[..., 1] - sine[:, None] * motion[..., 0]
+    turn = 2 * jnp.pi * order[:, None] * phase
+    parts = jnp.concatenate([jnp.cos(turn), jnp.sin(turn)]) @ jnp.concatenate([real, imaginary], axis=-1)
+    r = jnp.shape(real)[-1]
+    (real_cosine, imaginary_cosine), (real_sine, imaginary_sine) = (
+        (part[:, :r], part[:, r:]) for part in jnp.split(parts, 2)
+    )
+    power = (real_cosine + imaginary_sine) ** 2 + (imaginary_cosine - real_sine) ** 2
+    carrier = order[jnp.argmax(jnp.sum(power, axis=-1))]
+    return jnp.abs(angle / (2 * jnp.pi) + carrier) / delay
+
+
+def chatter_frequency(operator: MonodromyOperator, delay: Array, value: Array, vector: Array) -> Array:
+    """The carrier frequency of the motion that a multiplier and its state, both complex, stand for, Hz."""
+    motion = jnp.einsum("srn,np->srp", operator.motion, as_pair(vector))
+    return carrier_frequency(operator.phase, operator.weight, motion, delay, as_pair(value))

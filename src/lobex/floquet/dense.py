@@ -1,11 +1,19 @@
 """Multipliers by the dense eigensolver, and the derivative of the dominant one."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
 Array = Any
+
+
+class Triple(NamedTuple):
+    """A multiplier (Im ≥ 0 of a pair), its unit right vector v, Uv = μv, and its left vector w, wᵀU = μwᵀ."""
+
+    value: Array
+    right: Array
+    left: Array
 
 
 def all_multipliers(matrix: Array) -> Array:
@@ -20,6 +28,18 @@ def dominant_pair(matrix: Array) -> tuple[Array, Array]:
     values, vectors = jnp.linalg.eig(matrix)
     index = jnp.argmax(jnp.abs(values))
     return upper_half(values[index], vectors[:, index])
+
+
+def triple(matrix: Array) -> Triple:
+    """The eigenvalue of largest modulus of (N, N) and its vectors."""
+    value, right = dominant_pair(matrix)
+    # Right eigenvectors of the transpose are left ones: every backend has those.
+    mirrored, candidates = jnp.linalg.eig(matrix.T)
+    # Of a multiplier that occurs twice (two equal modes), the left vector that is not orthogonal to the right.
+    distance = jnp.abs(mirrored - value)
+    same = distance <= jnp.min(distance) + 1e-9 * jnp.abs(value)
+    left = candidates[:, jnp.argmax(jnp.where(same, jnp.abs(candidates.T @ right), -1.0))]
+    return Triple(value, right, left)
 
 
 def upper_half(value: Array, vector: Array) -> tuple[Array, Array]:
@@ -44,13 +64,7 @@ def largest_modulus(matrix: Array) -> Array:
 @largest_modulus.defjvp
 def _largest_modulus_jvp(primals: tuple[Array], tangents: tuple[Array]) -> tuple[Array, Array]:
     (matrix,), (change,) = primals, tangents
-    value, right = dominant_pair(matrix)
-    # Right eigenvectors of the transpose are left ones: every backend has those.
-    mirrored, candidates = jnp.linalg.eig(matrix.T)
-    # Of a multiplier that occurs twice (two equal modes), the left vector that is not orthogonal to the right.
-    distance = jnp.abs(mirrored - value)
-    same = distance <= jnp.min(distance) + 1e-9 * jnp.abs(value)
-    left = candidates[:, jnp.argmax(jnp.where(same, jnp.abs(candidates.T @ right), -1.0))]
+    value, right, left = triple(matrix)
     slope = (left @ (change @ right)) / (left @ right)
     modulus = jnp.abs(value)
     return modulus, jnp.real(jnp.conj(value) * slope) / modulus

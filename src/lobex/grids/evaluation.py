@@ -1,7 +1,7 @@
-"""The dominant multiplier at many points: in chunks by iteration, and what it cannot settle by the dense solver."""
+"""The dominant multiplier at many points by any method: in chunks by matrix products, the rest by the dense solver."""
 
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -9,8 +9,11 @@ import numpy as np
 from tqdm import tqdm
 
 from lobex._broadcast import over_points
-from lobex.floquet import dense, iteration
+from lobex.floquet import dense, power
 from lobex.floquet.chatter import chatter_frequency
+from lobex.grids.dominant import Dominant
+from lobex.grids.refinement import refined_at_points, refined_over_grid
+from lobex.operators.duhamel import Duhamel
 from lobex.operators.operator import Method
 from lobex.processes.process import Process
 
@@ -20,61 +23,60 @@ Array = Any
 _CHUNK_BYTES = 4e6
 # Below this residual the iterated |μ| agrees with the dense solver to 1e-9 (tests/test_sweep.py).
 _TRUSTED_RESIDUAL = 1e-11
-# What is settled again, and how: more squarings first, for many slow modes at high speed; then the dense solver.
 _BATCH = 128
-_SQUARINGS = 5
-_MORE_SQUARINGS = 12
-
-
-class Dominant(NamedTuple):
-    """Dominant multipliers (Im ≥ 0) and their chatter frequencies (Hz); how many points took the dense solver."""
-
-    multiplier: np.ndarray
-    frequency: np.ndarray
-    dense_points: int
+# Work per point, lightest first: squarings of the operator, or 0 for the dense solver.
+_EFFORTS = (8, 16, 0)
 
 
 def dominant_over_grid(
     process: Process, speeds: np.ndarray, gains: np.ndarray, method: Method, progress: bool
 ) -> Dominant:
     """Over the grid of speeds (n,) and gains (m,), shape (n, m); call in the scope of float64."""
+    if isinstance(method, Duhamel):
+        return refined_over_grid(process, speeds, gains, method, progress)
     rows, columns = _chunk_shape(process, method, speeds, gains)
     shape = (len(speeds), len(gains))
     multiplier = np.full(shape, np.nan, dtype=np.complex128)
-    frequency = np.full(shape, np.nan)
-    residual = np.full(shape, np.inf)
+    frequency, residual = np.full(shape, np.nan), np.full(shape, np.inf)
     starts = [(i, j) for i in range(0, shape[0], rows) for j in range(0, shape[1], columns)]
     with tqdm(total=multiplier.size, unit="pt", unit_scale=True, disable=not progress, leave=False) as bar:
         for i, j in starts:
             # The last chunks reach back over points already done, so that one shape serves all.
             i0, j0 = min(i, max(shape[0] - rows, 0)), min(j, max(shape[1] - columns, 0))
             part = np.s_[i0 : i0 + rows, j0 : j0 + columns]
-            result = _dominant(process, speeds[part[0], None], gains[part[1]], method, _SQUARINGS)
+            result = _dominant(process, speeds[part[0], None], gains[part[1]], method, _EFFORTS[0], False)
             multiplier[part], frequency[part], residual[part] = (np.asarray(r) for r in result)
             bar.update((min(i + rows, shape[0]) - i) * (min(j + columns, shape[1]) - j))
     doubtful = np.nonzero(_untrusted(multiplier, residual))
-    again = dominant_at_points(process, speeds[doubtful[0]], gains[doubtful[1]], method, _MORE_SQUARINGS)
+    again = _at_points(process, speeds[doubtful[0]], gains[doubtful[1]], method, _EFFORTS[1:])
     multiplier[doubtful], frequency[doubtful] = again.multiplier, again.frequency
-    return Dominant(multiplier, frequency, again.dense_points)
+    return Dominant(multiplier, frequency, np.full(shape, np.nan), again.dense_points)
 
 
-def dominant_at_points(
-    process: Process, speeds: np.ndarray, gains: np.ndarray, method: Method, squarings: int | None = _SQUARINGS
+def dominant_at_points(process: Process, speeds: np.ndarray, gains: np.ndarray, method: Method) -> Dominant:
+    """At the points (speeds[i], gains[i]), shape (p,); call in the scope of float64."""
+    if isinstance(method, Duhamel):
+        return refined_at_points(process, speeds, gains, method)
+    return _at_points(process, speeds, gains, method, _EFFORTS)
+
+
+def _at_points(
+    process: Process, speeds: np.ndarray, gains: np.ndarray, method: Method, efforts: tuple[int, ...]
 ) -> Dominant:
-    """At the points (speeds[i], gains[i]), shape (p,); by the dense solver alone where squarings is None."""
     multiplier = np.full(len(speeds), np.nan, dtype=np.complex128)
     frequency, residual = np.full(len(speeds), np.nan), np.full(len(speeds), np.inf)
     doubtful = np.arange(len(speeds))
     dense_points = 0
-    for chosen in dict.fromkeys((squarings, None)):
-        dense_points = len(doubtful)
+    for effort in efforts:
+        densely = effort == 0
+        dense_points += densely * len(doubtful)
         for start in range(0, len(doubtful), _BATCH):
             index = doubtful[start : start + _BATCH]
             padded = np.resize(index, _BATCH)
-            result = _dominant(process, speeds[padded], gains[padded], method, chosen)
+            result = _dominant(process, speeds[padded], gains[padded], method, effort, densely)
             multiplier[index], frequency[index], residual[index] = (np.asarray(r)[: len(index)] for r in result)
         doubtful = np.nonzero(_untrusted(multiplier, residual))[0]
-    return Dominant(multiplier, frequency, dense_points)
+    return Dominant(multiplier, frequency, np.full(len(speeds), np.nan), dense_points)
 
 
 def _untrusted(multiplier: np.ndarray, residual: np.ndarray) -> np.ndarray:
@@ -89,20 +91,21 @@ def _chunk_shape(process: Process, method: Method, speeds: np.ndarray, gains: np
     return min(len(speeds), max(points // columns, 1)), columns
 
 
-@partial(jax.jit, static_argnames="squarings")
+@partial(jax.jit, static_argnames="densely")
 def _dominant(
-    process: Process, speed: Array, gain: Array, method: Method, squarings: int | None
+    process: Process, speed: Array, gain: Array, method: Method, squarings: Array, densely: bool
 ) -> tuple[Array, Array, Array]:
-    """Dominant multipliers, chatter frequencies and residuals; by the dense solver where squarings is None."""
+    """Dominant multipliers, chatter frequencies and residuals; by the dense solver if ``densely``."""
 
     def point(speed: Array, gain: Array) -> tuple[Array, Array, Array]:
         system = process.system(speed, gain)
         operator = method.operator(system)
-        if squarings is None:
+        if densely:
             value, vector = dense.dominant_pair(operator.matrix)
             residual = jnp.zeros(())
         else:
-            value, vector, residual = iteration.dominant_pair(operator.matrix, squarings)
+            pair, _ = power.dominant(operator.matrix, squarings)
+            value, vector, residual = *map(power.as_complex, pair), power.residual(operator.matrix, pair)
         return value, chatter_frequency(operator, system.delay, value, vector), residual
 
     return over_points(point, speed, gain)

@@ -10,13 +10,16 @@ import numpy as np
 from lobex import _checks
 from lobex.grids.evaluation import dominant_over_grid
 from lobex.grids.resolution import oddities
+from lobex.operators.duhamel import Duhamel
 from lobex.operators.operator import Method
 from lobex.processes.process import Process, check_gain, check_process, check_speed
 from lobex.results.chart import Chart
 from lobex.results.description import describe
-from lobex.verbs import DEFAULT_METHOD, check_method
+from lobex.verbs import check_method
 
 Array = Any
+
+ADAPTIVE = Duhamel()
 
 
 class SweepWarning(UserWarning):
@@ -27,21 +30,22 @@ def sweep(
     process: Process,
     speed: Any,
     gain: Any,
-    method: Method = DEFAULT_METHOD,
+    method: Method = ADAPTIVE,
     *,
     progress: bool = False,
 ) -> Chart:
     """The dominant Floquet multiplier and its chatter frequency over a grid: a stability lobe diagram.
 
-    Every point is computed by subspace iteration with a residual; points whose residual is not at rounding
-    are computed again by the dense eigensolver. The grid is worked through in chunks, so memory does not
-    grow with it but for the results. Runs in float64 whatever JAX' setting.
+    Every point is computed by powers of its operator and checked against the equations; points that do not
+    settle get more powers, then the dense eigensolver. By default every point takes as many nodes as its
+    estimated error asks for (``Duhamel(tolerance=1e-8)``). The grid is worked through in chunks on all cores,
+    so memory does not grow with it but for the results. Runs in float64 whatever JAX' setting.
 
     Args:
         process: a process, such as ``Rub(modes)``.
         speed: increasing speeds, Hz (revolutions per second), shape (n,).
         gain: increasing gains, shape (m,): K_e in N/m or depth of cut in m.
-        method: ``Chebyshev(…)`` or ``SemiDiscretization(…)``.
+        method: ``Duhamel(…)``, ``Chebyshev(…)`` or ``SemiDiscretization(…)``.
         progress: show a progress bar on standard error.
 
     Returns:
@@ -52,8 +56,8 @@ def sweep(
             not above zero and gains that the process cannot have.
 
     Warns:
-        SweepWarning: when points failed (they are NaN), when the method's samples are too few to follow the
-            first mode at the lowest speed, or when all speeds lie above every lobe.
+        SweepWarning: when points failed (they are NaN), or miss the tolerance, when the method's samples are too
+            few to follow the first mode at the lowest speed, or when all speeds lie above every lobe.
     """
     check_process(process)
     check_method(method)
@@ -65,11 +69,18 @@ def sweep(
     begun = time.perf_counter()
     with jax.enable_x64(True):
         process = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=np.float64), process)
-        multiplier, frequency, repeated = dominant_over_grid(process, speeds, gains, method, progress)
+        multiplier, frequency, error, repeated = dominant_over_grid(process, speeds, gains, method, progress)
     failed = int(np.sum(~np.isfinite(multiplier)))
     if failed:
         warnings.warn(
             f"{failed} of {multiplier.size} points failed and are NaN; check the model at those speeds and gains",
+            SweepWarning,
+            stacklevel=2,
+        )
+    if isinstance(method, Duhamel) and method.nodes is None and (coarse := int(np.sum(error > method.tolerance))):
+        warnings.warn(
+            f"{coarse} of {multiplier.size} points have an estimated error above the tolerance {method.tolerance:g}; "
+            "their error is in the chart",
             SweepWarning,
             stacklevel=2,
         )
@@ -79,6 +90,7 @@ def sweep(
         spectral_radius=np.abs(multiplier),
         multiplier=multiplier,
         chatter_frequency=frequency,
+        error=error,
         quantity=process.gain,
         speed_unit=process.speed_unit,
         process=describe(process),

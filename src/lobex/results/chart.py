@@ -24,6 +24,7 @@ class Chart:
         spectral_radius: max|μ|, (n, m): stable below 1, unstable above, NaN where a point failed.
         multiplier: the dominant μ, complex, Im ≥ 0, (n, m).
         chatter_frequency: frequency that carries most of the motion, Hz, (n, m).
+        error: estimated relative error of max|μ| by discretisation, (n, m); NaN where the method gives none.
         quantity: what the gain is.
         speed_unit: "Hz" or "rpm", for axes.
         process, method: the model and the method, as plain dictionaries.
@@ -37,6 +38,7 @@ class Chart:
     spectral_radius: np.ndarray
     multiplier: np.ndarray
     chatter_frequency: np.ndarray
+    error: np.ndarray
     quantity: Quantity
     speed_unit: str
     process: dict[str, Any]
@@ -57,6 +59,7 @@ class Chart:
             f"  spectral radius  {span}",
             f"  method           {in_words(self.method)}",
             f"  wall time        {self.seconds:.2f} s, {1e6 * per_point:.3g} µs a point",
+            *([f"  estimated error  at most {np.nanmax(self.error):.1e}"] if np.isfinite(self.error).any() else []),
             f"  settled densely  {self.repeated} points",
             f"  failed           {self.failed} points",
         ]

@@ -38,6 +38,10 @@ class Modes:
         _checks.positive("angular_frequency", self.angular_frequency, "rad/s")
         _checks.not_negative("damping_ratio", self.damping_ratio)
         _checks.as_numbers("shape", self.shape, "1/√kg")
+        for name in ("angular_frequency", "damping_ratio", "shape"):
+            # JAX takes a list for a tree of numbers.
+            if isinstance(getattr(self, name), list | tuple):
+                object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=float))
         count = np.shape(self.angular_frequency)
         if len(count) != 1 or count[0] == 0:
             raise ValueError(f"angular_frequency has shape {count}; give one value per mode, shape (n,)")

@@ -1,0 +1,116 @@
+"""The dominant multiplier by repeated squaring: matrix products alone, with its vectors.
+
+Complex numbers are pairs (real, imaginary) along a last axis of 2 here: XLA compiles and runs real arithmetic faster.
+"""
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from lobex.floquet.dense import Triple
+
+Array = Any
+
+# Weight of the second direction below which its own multiplier is rounding.
+_NEGLIGIBLE = 1e-5
+
+
+class Pair(NamedTuple):
+    """A multiplier μ with Im ≥ 0, (2,), and its unit vector v, Uv = μv, (N, 2)."""
+
+    value: Array
+    vector: Array
+
+
+def dominant(matrix: Array, squarings: Array) -> tuple[Pair, Array]:
+    """The eigenvalue of largest modulus of (N, N) with its vector, and a vector of its left eigenspace, (N,).
+
+    What the power 2^squarings of U leaves of the other eigenvalues is (|μ₃|/|μ₁|)^(2^squarings); the dominant one
+    and the next, which is its conjugate in most cases, are told apart in the plane of two vectors. Nothing tells
+    here whether that was enough: check the pair against the equations.
+    """
+    power = _power(matrix, squarings)
+    # The right space from the left one: no start vector is orthogonal to itself.
+    left = power.T @ _start(matrix)
+    return _in_plane(matrix, power @ left), left
+
+
+def dominant_triple(matrix: Array, squarings: int = 10) -> tuple[Triple, Array]:
+    """The dominant multiplier and both its vectors, complex, and the larger residual |Uv − μv|/|μ| of the two.
+
+    Where another multiplier has the modulus of the dominant one, left and right vector may belong to different
+    ones; they are then orthogonal.
+    """
+    power = _power(matrix, squarings)
+    start = power.T @ _start(matrix)
+    sides = [_in_plane(matrix, power @ start), _in_plane(matrix.T, start)]
+    residuals = [residual(side, pair) for side, pair in zip((matrix, matrix.T), sides, strict=True)]
+    value, right = (as_complex(part) for part in sides[0])
+    return Triple(value, right, as_complex(sides[1].vector)), jnp.maximum(*residuals)
+
+
+def as_complex(pair: Array) -> Array:
+    """(…, 2) to complex (…)."""
+    return pair[..., 0] + 1j * pair[..., 1]
+
+
+def as_pair(number: Array) -> Array:
+    """Complex (…) to (…, 2)."""
+    return jnp.stack([number.real, number.imag], axis=-1)
+
+
+def rotation(value: Array) -> Array:
+    """The matrix R for which x @ R is μx, x of shape (…, 2)."""
+    return jnp.stack([jnp.stack([value[0], value[1]]), jnp.stack([-value[1], value[0]])])
+
+
+def _power(matrix: Array, squarings: Array) -> Array:
+    def square(_: Array, power: Array) -> Array:
+        power = power @ power
+        return power / (jnp.sqrt(jnp.sum(power * power)) + jnp.finfo(power.dtype).tiny)
+
+    return jax.lax.fori_loop(0, squarings, square, matrix)
+
+
+def _start(matrix: Array) -> Array:
+    return jnp.asarray(np.random.default_rng(7).standard_normal(jnp.shape(matrix)[-1]), dtype=matrix.dtype)
+
+
+def _in_plane(matrix: Array, start: Array) -> Pair:
+    """The larger eigenvalue, with Im ≥ 0, and its vector, in the plane of U·start and U²·start."""
+    first = _unit(matrix @ start)
+    image = matrix @ first
+    second = image - (first @ image) * first
+    second = second - (first @ second) * first
+    weight = jnp.sqrt(second @ second)
+    second = second / (weight + jnp.finfo(matrix.dtype).tiny)
+    other = matrix @ second
+    a, b, c, d = first @ image, first @ other, second @ image, second @ other
+    middle, half = (a + d) / 2, (a - d) / 2
+    q = half * half + b * c
+    root = jnp.sqrt(jnp.abs(q))
+    # A second direction that is all but gone holds rounding: its eigenvalue may be anything.
+    faint = weight <= _NEGLIGIBLE * jnp.sqrt(image @ image)
+    towards = jnp.where(faint, half, middle)
+    real = jnp.where(q < 0, middle, middle + jnp.where(towards < 0, -root, root))
+    imaginary = jnp.where(q < 0, root, 0.0)
+    # Of the two rows of (B − μ)x = 0, the one that does not vanish.
+    zero = jnp.zeros_like(real)
+    one = jnp.stack([jnp.stack([b, zero]), jnp.stack([real - a, imaginary])])
+    two = jnp.stack([jnp.stack([real - d, imaginary]), jnp.stack([c, zero])])
+    x = jnp.where(jnp.sum(one**2) > jnp.sum(two**2), one, two)
+    x = jnp.where(weight > 0, x, jnp.array([[1.0, 0.0], [0.0, 0.0]]))
+    x = x / jnp.sqrt(jnp.sum(x**2))
+    return Pair(jnp.stack([real, imaginary]), first[:, None] * x[0] + second[:, None] * x[1])
+
+
+def _unit(vector: Array) -> Array:
+    return vector / (jnp.sqrt(vector @ vector) + jnp.finfo(vector.dtype).tiny)
+
+
+def residual(matrix: Array, pair: Pair) -> Array:
+    """|Uv − μv|/|μ|."""
+    rest = matrix @ pair.vector - pair.vector @ rotation(pair.value)
+    return jnp.sqrt(jnp.sum(rest**2) / jnp.sum(pair.value**2))

@@ -1,0 +1,21 @@
+"""What an evaluation of many points gives."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+
+class Dominant(NamedTuple):
+    """The dominant multiplier at points.
+
+    Attributes:
+        multiplier: μ, Im ≥ 0, NaN where a point failed.
+        frequency: chatter frequency, Hz.
+        error: estimated relative error of |μ| by discretisation, NaN where the method gives none.
+        dense_points: how many points the dense solver had to settle.
+    """
+
+    multiplier: np.ndarray
+    frequency: np.ndarray
+    error: np.ndarray
+    dense_points: int

@@ -1,0 +1,186 @@
+"""The dominant multiplier at many points, with as many nodes at each as its estimated error asks for."""
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from tqdm import tqdm
+
+from lobex.floquet import dense, power
+from lobex.floquet.chatter import carrier_frequency
+from lobex.floquet.power import as_complex, as_pair
+from lobex.grids.dominant import Dominant
+from lobex.operators.duhamel import Duhamel
+from lobex.operators.elimination import inverse
+from lobex.processes.process import Process
+
+Array = Any
+
+# Nodes per piece: a few sizes, since each is compiled for itself.
+_SIZES = (6, 10, 16, 26, 42, 68, 110)
+# Work per point, lightest first: squarings of the operator, or 0 for the dense solver.
+_EFFORTS = (8, 16, 0)
+# The pair is settled where it misses the discrete equations by less.
+_SETTLED = 1e-11
+_CHUNK_BYTES = 2e6
+# Structures prepared at a time, and points taken by the dense solver at a time.
+_SPEEDS = 32
+_FEW = 64
+_MANY = 20_000
+# Nodes that 1e-8 takes, for the first guess alone: measured on blade rub and milling.
+_LEAST, _PER_RADIAN = 6.0, 0.75
+
+
+def refined_over_grid(
+    process: Process, speeds: np.ndarray, gains: np.ndarray, method: Duhamel, progress: bool
+) -> Dominant:
+    """Over the grid of speeds (n,) and gains (m,), shape (n, m); call in the scope of float64."""
+    shape = (len(speeds), len(gains))
+    row, column = (index.ravel() for index in np.indices(shape))
+    result = _Refinement(process, method).run(speeds, row, gains[column], progress)
+    return Dominant(*(part.reshape(shape) for part in result[:3]), dense_points=result.dense_points)
+
+
+def refined_at_points(process: Process, speeds: np.ndarray, gains: np.ndarray, method: Duhamel) -> Dominant:
+    """At the points (speeds[i], gains[i]), shape (p,)."""
+    unique, row = np.unique(speeds, return_inverse=True)
+    return _Refinement(process, method).run(unique, row, gains, progress=False)
+
+
+class _Refinement:
+    """One process and method at points."""
+
+    def __init__(self, process: Process, method: Duhamel) -> None:
+        self.process, self.method = process, method
+        self.sizes = _SIZES if method.nodes is None else (method.nodes,)
+
+    def run(self, speeds: np.ndarray, row: np.ndarray, gain: np.ndarray, progress: bool) -> Dominant:
+        """Compute all points, slab by slab of speeds, on every core."""
+        multiplier = np.full(len(row), np.nan, dtype=np.complex128)
+        frequency, error = np.full(len(row), np.nan), np.full(len(row), np.nan)
+        if not len(row):
+            return Dominant(multiplier, frequency, error, 0)
+        order = np.argsort(row, kind="stable")
+        edges = np.searchsorted(row[order], np.arange(0, len(speeds) + _SPEEDS, _SPEEDS))
+        start = self._start(speeds, len(row))
+        dense_points = 0
+
+        def work(number: int) -> tuple[np.ndarray, _Slab]:
+            mine = order[edges[number] : edges[number + 1]]
+            base = number * _SPEEDS
+            slab = _Slab(self, speeds[base : base + _SPEEDS], row[mine] - base, gain[mine])
+            # The scope of float64 belongs to a thread.
+            with jax.enable_x64(True):
+                slab.run(start[row[mine]])
+            return mine, slab
+
+        with (
+            tqdm(total=len(row), unit="pt", unit_scale=True, disable=not progress, leave=False) as bar,
+            ThreadPoolExecutor(os.cpu_count()) as pool,
+        ):
+            for mine, slab in pool.map(work, range(len(edges) - 1)):
+                multiplier[mine], frequency[mine], error[mine] = slab.multiplier, slab.frequency, slab.error
+                dense_points += slab.dense_points
+                bar.update(len(mine))
+        return Dominant(multiplier, frequency, error, dense_points)
+
+    def _start(self, speeds: np.ndarray, points: int) -> np.ndarray:
+        """Index of the size to begin with, per speed: from how far the first mode turns within a piece."""
+        if len(self.sizes) == 1:
+            return np.zeros(len(speeds), dtype=int)
+        system = self.process.system(speeds[0], 0.0)
+        turning = np.min(np.max(np.abs(np.linalg.eigvals(np.asarray(system.blocks))), axis=-1))
+        widest = max(float(piece.length) for piece in system.feedback.pieces() if piece.idle is not True)
+        turns = float(turning * np.asarray(system.delay)) * widest * speeds[0] / speeds
+        # Of few points it is quicker to compute some too finely than to compile one more size.
+        turns = turns if points >= _MANY else np.full(len(speeds), np.max(turns))
+        return np.searchsorted(self.sizes[:-1], _LEAST + _PER_RADIAN * turns)
+
+
+class _Slab:
+    """Points of a few speeds, and what is known about each: results, defect, and the size that they have."""
+
+    def __init__(self, whole: _Refinement, speeds: np.ndarray, row: np.ndarray, gain: np.ndarray) -> None:
+        self.whole, self.speeds, self.row, self.gain = whole, speeds, row, gain
+        self.multiplier = np.full(len(row), np.nan, dtype=np.complex128)
+        self.frequency, self.error, self.defect = (np.full(len(row), np.nan) for _ in range(3))
+        self.size = np.zeros(len(row), dtype=int)
+        self.dense_points = 0
+
+    def run(self, start: np.ndarray) -> None:
+        """Compute every point with the size that ``start`` gives it, and with the next while it is too coarse."""
+        waiting = start
+        for index, nodes in enumerate(self.whole.sizes):
+            points = np.flatnonzero(waiting == index)
+            if len(points):
+                self.size[points] = index
+                self._settle(points, replace(self.whole.method, nodes=nodes))
+                # A point that failed, NaN, fails with more nodes as well.
+                coarse = points[self.error[points] > self.whole.method.tolerance]
+                waiting[coarse] = index + 1
+
+    def _settle(self, points: np.ndarray, method: Duhamel) -> None:
+        """Compute points with the nodes of ``method``, with more effort where the pair does not settle."""
+        process = self.whole.process
+        prepared = _prepared(process, method, np.resize(self.speeds, _SPEEDS), self.gain[0])
+        for effort in _EFFORTS:
+            densely = effort == 0
+            self.dense_points += densely * len(points)
+            size = _FEW if densely else self._batch(method)
+            for begin in range(0, len(points), size):
+                part = points[begin : begin + size]
+                filled = np.resize(part, size)
+                row = self.row[filled]
+                results = _dominant(
+                    process, prepared, row, self.speeds[row], self.gain[filled], method, effort, densely
+                )
+                targets = (self.multiplier, self.frequency, self.error, self.defect)
+                for target, result in zip(targets, results, strict=True):
+                    target[part] = np.asarray(result)[: len(part)]
+            points = points[~(self.defect[points] < _SETTLED)]
+            if not len(points):
+                return
+
+    def _batch(self, method: Duhamel) -> int:
+        size = method.size(self.whole.process.system(self.speeds[0], self.gain[0]))
+        return int(max(_CHUNK_BYTES / (8 * size**2), _FEW))
+
+
+@jax.jit
+def _prepared(process: Process, method: Duhamel, speeds: Array, gain: Array) -> Any:
+    """The structure's part of the operators at each speed."""
+    return jax.vmap(lambda speed: method.prepare(process.system(speed, gain)))(speeds)
+
+
+@partial(jax.jit, static_argnames="densely")
+def _dominant(
+    process: Process,
+    prepared: Any,
+    row: Array,
+    speed: Array,
+    gain: Array,
+    method: Duhamel,
+    squarings: Array,
+    densely: bool,
+) -> tuple[Array, Array, Array, Array]:
+    """Dominant multipliers, chatter frequencies, estimated errors and defects at points."""
+
+    def point(row: Array, speed: Array, gain: Array) -> tuple[Array, Array, Array, Array]:
+        system = process.system(speed, gain)
+        mine = jax.tree.map(lambda part: part[row], prepared)
+        matrix = method.assemble(mine, system.feedback, jnp.linalg.inv if densely else inverse)
+        if densely:
+            triple = dense.triple(matrix)
+            value, vector, left = as_pair(triple.value), as_pair(triple.right), triple.left.real
+        else:
+            (value, vector), left = power.dominant(matrix, squarings)
+        motion = method.motion(mine, system.feedback, value, vector)
+        frequency = carrier_frequency(motion.phase, motion.weight, motion.output, system.delay, value)
+        return as_complex(value), frequency, motion.tail * method.adjoint_tail(mine, left), motion.defect
+
+    return jax.vmap(point)(row, speed, gain)

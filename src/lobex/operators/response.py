@@ -1,0 +1,105 @@
+"""The structure's exact response over a piece to a force that is a polynomial through Gauss points."""
+
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from lobex.operators.exponential import exponential
+from lobex.operators.moments import cell_phases, exponential_moments, legendre_values
+from lobex.processes.feedback import Piece
+from lobex.processes.system import DelaySystem
+
+Array = Any
+
+# Legendre terms of a Lagrange polynomial over one cell between nodes, which holds half a wave of it: the next
+# term is below 1e-15.
+_TERMS = 14
+
+
+class Response(NamedTuple):
+    """What a piece makes of its start state and of the forces at its q nodes; it depends on the speed alone.
+
+    Attributes:
+        free: outputs at the nodes from the start state, (q·r, d).
+        forced: outputs at the nodes from the forces there, (q·r, q·r).
+        through: end state from the start state, (d, d).
+        push: end state from the forces, (d, q·r).
+    """
+
+    free: Array
+    forced: Array
+    through: Array
+    push: Array
+
+
+def gauss_nodes(nodes: int) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss-Legendre nodes and weights on [0, 1]."""
+    points, weights = np.polynomial.legendre.leggauss(nodes)
+    return (points + 1) / 2, weights / 2
+
+
+@lru_cache(maxsize=32)
+def _cells(nodes: int) -> tuple[np.ndarray, np.ndarray]:
+    """The edges 0, the nodes and 1 of the cells, and the Legendre coefficients of the Lagrange basis on each cell.
+
+    Shapes (nodes + 2,) and (nodes + 1, terms, nodes).
+    """
+    points, weights = gauss_nodes(nodes)
+    edges = np.r_[0.0, points, 1.0]
+    width = np.diff(edges)
+    terms = min(_TERMS, nodes)
+    local, local_weights = gauss_nodes(2 * terms)
+    inside = edges[:-1, None] + width[:, None] * local
+    # Lagrange from the discrete Legendre transform, to which Gauss quadrature is exact.
+    order = np.arange(nodes)
+    basis = legendre_values(inside.ravel(), nodes) @ (
+        (2 * order + 1)[:, None] * (weights[:, None] * legendre_values(points, nodes)).T
+    )
+    analysis = (2 * np.arange(terms) + 1)[:, None] * (local_weights[:, None] * legendre_values(local, terms)).T
+    return edges, np.einsum("kl,clj->ckj", analysis, basis.reshape(nodes + 1, len(local), nodes))
+
+
+def forced_response(system: DelaySystem, piece: Piece, nodes: int) -> Response:
+    """The response over a piece, exact for forces that are polynomials of degree below ``nodes``.
+
+    Duhamel's integral is marched from node to node: over each cell the modes fly freely, and the force's
+    Legendre terms act by the moments of the exponential.
+    """
+    blocks, inputs, outputs = system.blocks, system.inputs, system.outputs
+    n, s, r = jnp.shape(inputs)
+    edges, coefficients = _cells(nodes)
+    # One exponential for all: to the nodes and the end, over the cells, and at the samples within them.
+    samples = cell_phases(edges)
+    phases = np.concatenate([edges[1:], np.diff(edges), samples.T.ravel()])
+    flights = exponential((system.delay * piece.length * phases)[:, None, None, None] * blocks)
+    by_start, flight, samples = jnp.split(flights, [nodes + 1, 2 * nodes + 2])
+    samples = samples.reshape(-1, nodes + 1, n, s, s)
+    duration = (system.delay * piece.length * np.diff(edges))[:, None, None, None]
+    moments = exponential_moments(duration * blocks, flight, samples, coefficients.shape[1])
+    moments = duration * moments @ inputs
+    added = jnp.einsum("kcnar,ckj->cnajr", moments, coefficients)
+
+    def over_cell(state: Array, cell: tuple[Array, Array]) -> tuple[Array, Array]:
+        propagator, increment = cell
+        state = jnp.einsum("nab,nb...->na...", propagator, state) + increment
+        return state, state
+
+    dtype = jnp.result_type(added)
+    _, by_force = jax.lax.scan(over_cell, jnp.zeros((n, s, nodes, r), dtype), (flight, added))
+    free = jnp.einsum("nrs,qnsa->qrna", outputs, by_start[:-1]).reshape(nodes * r, n * s)
+    forced = jnp.einsum("nrs,qnsjb->qrjb", outputs, by_force[:-1]).reshape(nodes * r, nodes * r)
+    through = jnp.einsum("nab,nm->namb", by_start[-1], jnp.eye(n, dtype=dtype)).reshape(n * s, n * s)
+    return Response(free, forced, through, by_force[-1].reshape(n * s, nodes * r))
+
+
+def free_response(system: DelaySystem, piece: Piece, points: np.ndarray) -> tuple[Array, Array]:
+    """Outputs at points of [0, 1] of a piece without force, (q, r, d), and the end state, (d, d)."""
+    n, s, r = jnp.shape(system.inputs)
+    phases = np.r_[points, 1.0]
+    steps = exponential((system.delay * piece.length * phases)[:, None, None, None] * system.blocks)
+    outputs = jnp.einsum("nrs,qnsa->qrna", system.outputs, steps[:-1]).reshape(len(points), r, n * s)
+    unit = jnp.eye(n, dtype=jnp.result_type(steps))
+    return outputs, jnp.einsum("nab,nm->namb", steps[-1], unit).reshape(n * s, n * s)

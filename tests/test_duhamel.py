@@ -1,0 +1,146 @@
+"""The exact structure and the Gauss points: against quadrature, independent codes and other methods."""
+
+import jax
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad
+from scipy.linalg import expm
+
+import lobex
+from cases import MILL, MULTIPLIER_CASES, ROD, label, point, rub
+from lobex.operators.elimination import inverse
+from lobex.operators.exponential import exponential
+from lobex.operators.moments import cell_phases, exponential_moments
+from lobex.operators.response import forced_response, gauss_nodes
+from lobex.processes.feedback import Piece
+
+
+@pytest.mark.parametrize("frequency", [0.3, 5.0, 27.0, 29.0, 200.0])
+def test_moments_of_an_oscillator_are_those_of_quadrature(frequency):
+    block = frequency * np.array([[0.0, 1.0], [-1.0, -0.06]])
+    phases = cell_phases(np.array([0.0, 1.0])).ravel()
+    with jax.enable_x64(True):
+        samples = exponential(phases[:, None, None] * block)
+        moments = exponential_moments(block, exponential(block), samples, 14)
+    for k in (0, 1, 5, 13):
+        legendre = np.polynomial.legendre.Legendre.basis(k, domain=[0, 1])
+        for i, j in ((0, 1), (1, 1)):
+            exact = quad(
+                lambda s, i=i, j=j, p=legendre: float(expm(block * (1 - s))[i, j] * p(s)), 0, 1, limit=400, epsabs=1e-13
+            )[0]
+            assert float(moments[k][i, j]) == pytest.approx(exact, abs=2e-13)
+
+
+@pytest.mark.parametrize(("speed", "nodes"), [(400.0, 8), (50.0, 24), (3.0, 12)])
+def test_response_to_a_polynomial_force_is_exact(speed, nodes):
+    # At 3 Hz the fifth mode turns 6,000 radians between nodes that know nothing of it.
+    modes = ROD.modes
+    omega, ratio, shape = (np.asarray(a).ravel() for a in (modes.angular_frequency, modes.damping_ratio, modes.shape))
+    damped = omega * np.sqrt(1 - ratio**2)
+    with jax.enable_x64(True):
+        piece = Piece(0.0, 1.0, False)
+        response = jax.jit(lambda speed: forced_response(ROD.system(speed, 1e6), piece, nodes))(speed)
+    points = gauss_nodes(nodes)[0]
+    force = np.polynomial.legendre.Legendre(np.random.default_rng(0).standard_normal(nodes - 2), domain=[0, 1])
+    computed = np.asarray(response.forced) @ force(points)
+    fine, weights = gauss_nodes(4000)
+    for k in (1, nodes // 2, nodes - 1):
+        lag = points[k] * (1 - fine) / speed
+        kernel = np.sum(
+            (shape**2 / damped)[:, None] * np.exp(-np.outer(ratio * omega, lag)) * np.sin(np.outer(damped, lag)), axis=0
+        )
+        exact = points[k] / speed * np.sum(weights * kernel * force(points[k] * fine))
+        assert computed[k] == pytest.approx(exact, abs=1e-11 * np.abs(computed).max())
+
+
+@pytest.mark.parametrize("case", MULTIPLIER_CASES, ids=label)
+def test_forty_nodes_meet_every_case(case):
+    process, speed, gain = point(case)
+    radius = lobex.spectral_radius(process, speed, gain, lobex.Duhamel(nodes=40))
+    assert radius == pytest.approx(case["spectral_radius"], rel=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("process", "speeds", "gains"),
+    [
+        (ROD, np.linspace(50, 400, 9), np.linspace(4.5e4, 4.5e6, 7)),
+        (MILL, np.linspace(2000, 25000, 11) / 60, np.linspace(0, 5e-3, 9)),
+        (lobex.DelayedMathieu(3.0, 2.0, 0.1), np.linspace(0.08, 0.5, 7), np.linspace(-1.5, 1.5, 8)),
+    ],
+    ids=["rub", "milling", "mathieu"],
+)
+def test_chosen_nodes_keep_the_tolerance_and_the_estimate_bounds_the_error(process, speeds, gains):
+    chart = lobex.sweep(process, speeds, gains)
+    exact = lobex.spectral_radius(process, speeds[:, None], gains, lobex.Chebyshev(90))
+    error = np.abs(chart.spectral_radius / exact - 1)
+    assert np.nanmax(chart.error) <= 1e-8
+    assert error.max() < 1e-8
+    assert np.all(error <= np.maximum(chart.error, 3e-11))
+    other = lobex.sweep(process, speeds, gains, lobex.Chebyshev(90))
+    assert chart.chatter_frequency == pytest.approx(other.chatter_frequency, rel=1e-6, abs=1e-6)
+
+
+@pytest.mark.filterwarnings("ignore::lobex.SweepWarning")
+def test_the_estimate_tells_where_nodes_given_are_too_few():
+    speeds, gains = np.linspace(50, 400, 9), np.linspace(4.5e4, 4.5e6, 7)
+    chart = lobex.sweep(ROD, speeds, gains, lobex.Duhamel(nodes=16))
+    exact = lobex.spectral_radius(ROD, speeds[:, None], gains, lobex.Chebyshev(90))
+    error = np.abs(chart.spectral_radius / exact - 1)
+    # Sixteen nodes cannot follow the seven waves of 50 Hz, and are plenty for the one of 400 Hz.
+    assert error[0].max() > 1e-3
+    assert chart.error[0].min() > 1e-4
+    assert chart.error[-1].max() < 1e-8
+    assert np.all(error <= np.maximum(10 * chart.error, 3e-11))
+
+
+def test_multipliers_do_not_change_with_the_units_of_the_shapes():
+    modes = ROD.modes
+    scaled = lobex.Modes(modes.angular_frequency, modes.damping_ratio, 1e3 * np.asarray(modes.shape))
+    speeds, gains = np.array([80.0, 200.0, 310.0]), np.array([1e5, 1e6, 4e6])
+    one = lobex.sweep(ROD, speeds, gains)
+    other = lobex.sweep(lobex.Rub(scaled), speeds, gains * 1e-6)
+    assert other.spectral_radius == pytest.approx(one.spectral_radius, rel=1e-11)
+    assert other.error == pytest.approx(one.error, rel=1e-2, abs=1e-14)
+
+
+@settings(deadline=None, max_examples=20)
+@given(st.integers(0, 2**31))
+def test_elimination_inverts_batches(seed):
+    matrices = np.eye(7) + 0.1 * np.random.default_rng(seed).standard_normal((3, 2, 7, 7))
+    with jax.enable_x64(True):
+        batched = jax.vmap(jax.vmap(inverse))(matrices)
+        single = inverse(matrices[0, 0])
+    assert np.asarray(batched) == pytest.approx(np.linalg.inv(matrices), rel=1e-11, abs=1e-12)
+    assert np.asarray(single) == pytest.approx(np.asarray(batched[0, 0]), rel=1e-14, abs=1e-15)
+
+
+def test_gradients_of_the_response_are_those_of_differences():
+    def radius(young_modulus, speed):
+        modes = lobex.Rod(3, young_modulus=young_modulus).modes(0.03)
+        return lobex.spectral_radius(lobex.Rub(modes), speed, 1.2e6, lobex.Duhamel(nodes=20))
+
+    with jax.enable_x64(True):
+        slopes = jax.jit(jax.grad(radius, argnums=(0, 1)))(210e7, 120.0)
+    for slope, step in zip(slopes, (np.array([210e7 * 1e-6, 0.0]), np.array([0.0, 1e-4])), strict=True):
+        up, down = (float(radius(210e7 + s * step[0], 120.0 + s * step[1])) for s in (1, -1))
+        assert float(slope) == pytest.approx((up - down) / (2 * step.sum()), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [({"nodes": 2}, "nodes"), ({"tolerance": 0.0}, "tolerance"), ({"tolerance": "a"}, "tolerance")],
+)
+def test_bad_arguments_are_named(wrong, message):
+    with pytest.raises(ValueError, match=message):
+        lobex.Duhamel(**wrong)
+
+
+def test_rub_with_other_modes_than_five():
+    # One mode and ten: the estimate must hold where stiff modes hardly matter, and where there are none.
+    for process in (rub(1), rub(10, 0.01)):
+        speeds, gains = np.array([60.0, 150.0, 380.0]), np.array([2e5, 2e6])
+        chart = lobex.sweep(process, speeds, gains)
+        exact = lobex.spectral_radius(process, speeds[:, None], gains, lobex.Duhamel(nodes=80))
+        assert chart.spectral_radius == pytest.approx(exact, rel=1e-8)
