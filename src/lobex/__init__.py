@@ -8,19 +8,31 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from lobex.contact.casing import Casing
+    from lobex.contact.laws import Cubic, Linear, Plastic, Power, Threshold
     from lobex.grids.sweep import SweepWarning, sweep
     from lobex.limits.critical import critical_gain
     from lobex.limits.exact_limit import exact_limit, exact_lobes
     from lobex.limits.receptance import Receptance
+    from lobex.marches.delay import march_delay
+    from lobex.marches.start import growing_history
+    from lobex.marches.turning import simulate_turning
+    from lobex.marches.wear import march_wear
     from lobex.operators.chebyshev import Chebyshev
+    from lobex.operators.duhamel import Duhamel
     from lobex.operators.semi_discretization import SemiDiscretization
+    from lobex.plots.campbell import campbell
     from lobex.processes.canonical import DelayedMathieu, Scalar
     from lobex.processes.milling import Milling
     from lobex.processes.regenerative import Rub, Turning
     from lobex.processes.system import DelaySystem
     from lobex.results.chart import Chart
+    from lobex.results.cut import Cut
     from lobex.results.limit import Limit
+    from lobex.results.march import March
     from lobex.results.netcdf import load
+    from lobex.results.spectrum_map import SpectrumMap, critical_speeds
+    from lobex.results.wear_map import WearMap
     from lobex.structures.modes import Modes
     from lobex.structures.rod import Rod
     from lobex.verbs import monodromy, multipliers, spectral_radius
@@ -28,52 +40,86 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOME = {
+    "Casing": "contact.casing",
     "Chart": "results.chart",
     "Chebyshev": "operators.chebyshev",
+    "Cubic": "contact.laws",
+    "Cut": "results.cut",
     "DelaySystem": "processes.system",
     "DelayedMathieu": "processes.canonical",
+    "Duhamel": "operators.duhamel",
     "Limit": "results.limit",
+    "Linear": "contact.laws",
+    "March": "results.march",
     "Milling": "processes.milling",
     "Modes": "structures.modes",
+    "Plastic": "contact.laws",
+    "Power": "contact.laws",
     "Receptance": "limits.receptance",
     "Rod": "structures.rod",
     "Rub": "processes.regenerative",
     "Scalar": "processes.canonical",
     "SemiDiscretization": "operators.semi_discretization",
+    "SpectrumMap": "results.spectrum_map",
     "SweepWarning": "grids.sweep",
+    "Threshold": "contact.laws",
     "Turning": "processes.regenerative",
+    "WearMap": "results.wear_map",
+    "campbell": "plots.campbell",
     "critical_gain": "limits.critical",
+    "critical_speeds": "results.spectrum_map",
     "exact_limit": "limits.exact_limit",
     "exact_lobes": "limits.exact_limit",
+    "growing_history": "marches.start",
     "load": "results.netcdf",
+    "march_delay": "marches.delay",
+    "march_wear": "marches.wear",
     "monodromy": "verbs",
     "multipliers": "verbs",
+    "simulate_turning": "marches.turning",
     "spectral_radius": "verbs",
     "sweep": "grids.sweep",
 }
 
 __all__ = [
+    "Casing",
     "Chart",
     "Chebyshev",
+    "Cubic",
+    "Cut",
     "DelaySystem",
     "DelayedMathieu",
+    "Duhamel",
     "Limit",
+    "Linear",
+    "March",
     "Milling",
     "Modes",
+    "Plastic",
+    "Power",
     "Receptance",
     "Rod",
     "Rub",
     "Scalar",
     "SemiDiscretization",
+    "SpectrumMap",
     "SweepWarning",
+    "Threshold",
     "Turning",
+    "WearMap",
     "__version__",
+    "campbell",
     "critical_gain",
+    "critical_speeds",
     "exact_limit",
     "exact_lobes",
+    "growing_history",
     "load",
+    "march_delay",
+    "march_wear",
     "monodromy",
     "multipliers",
+    "simulate_turning",
     "spectral_radius",
     "sweep",
 ]

@@ -1,4 +1,4 @@
-"""Charts and limits as NetCDF-4 files, which Python, MATLAB and Julia open, and back."""
+"""Results as NetCDF-4 files, which Python, MATLAB and Julia open, and back."""
 
 import json
 import os
@@ -13,9 +13,17 @@ import xarray
 from lobex import _checks
 from lobex.processes.quantity import Quantity
 from lobex.results.chart import Chart
+from lobex.results.cut import Cut
 from lobex.results.limit import Kind, Limit, Status
+from lobex.results.march import March
+from lobex.results.march_file import CUT, MARCH, read_cut, read_march
+from lobex.results.spectrum_map import SpectrumMap
+from lobex.results.wear_file import SPECTRUM, WEAR_MAP, read_spectrum, read_wear_map
+from lobex.results.wear_map import WearMap
 
-_CHART = "lobex chart 1"
+Result = Chart | Limit | WearMap | SpectrumMap | March | Cut
+
+_CHART = "lobex chart 2"
 _LIMIT = "lobex limit 1"
 _SPEED = {"long_name": "rotational frequency", "units": "Hz"}
 
@@ -28,6 +36,7 @@ def chart_to_dataset(chart: Chart) -> xarray.Dataset:
             "spectral_radius": (axes, chart.spectral_radius, {"long_name": "spectral radius max|μ|", "units": "1"}),
             "multiplier": (axes, chart.multiplier, {"long_name": "dominant Floquet multiplier μ", "units": "1"}),
             "chatter_frequency": (axes, chart.chatter_frequency, {"long_name": "chatter frequency", "units": "Hz"}),
+            "error": (axes, chart.error, {"long_name": "estimated relative error of max|μ|", "units": "1"}),
         },
         coords={
             "speed": ("speed", chart.speed, _SPEED),
@@ -93,8 +102,8 @@ def save_dataset(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
         partial.unlink(missing_ok=True)
 
 
-def load(path: str | os.PathLike[str]) -> Chart | Limit:
-    """Read what ``Chart.save`` or ``Limit.save`` wrote. Raises ValueError for any other file, or none."""
+def load(path: str | os.PathLike[str]) -> Result:
+    """Read what the ``save`` of a result wrote. Raises ValueError for any other file, or none."""
     source = Path(path)
     if not source.is_file():
         raise ValueError(f"path = {str(path)!r} is not a file; give the .nc file that a result was saved to")
@@ -103,12 +112,23 @@ def load(path: str | os.PathLike[str]) -> Chart | Limit:
             dataset = stored.load()
     except (OSError, ValueError, KeyError) as error:
         raise ValueError(f"path = {str(path)!r} is no readable NetCDF-4 file ({error})") from error
-    readers: dict[Any, Callable[..., Chart | Limit]] = {_CHART: _read_chart, _LIMIT: _read_limit}
+    readers: dict[Any, Callable[[xarray.Dataset], Result]] = {
+        _CHART: _read_chart,
+        _LIMIT: _read_limit,
+        WEAR_MAP: read_wear_map,
+        SPECTRUM: read_spectrum,
+        MARCH: read_march,
+        CUT: read_cut,
+    }
     reader = readers.get(dataset.attrs.get("format"))
     if reader is None:
-        raise ValueError(f"path = {str(path)!r} is not a lobex result; give a file that Chart.save or Limit.save wrote")
+        raise ValueError(f"path = {str(path)!r} is not a lobex result; give a file that a result's save wrote")
+    return reader(dataset)
+
+
+def _common(dataset: xarray.Dataset) -> dict[str, Any]:
     attributes = dataset.attrs
-    common = {
+    return {
         "speed": dataset["speed"].to_numpy(),
         "chatter_frequency": dataset["chatter_frequency"].to_numpy(),
         "quantity": Quantity(**json.loads(attributes["quantity"])),
@@ -117,21 +137,21 @@ def load(path: str | os.PathLike[str]) -> Chart | Limit:
         "method": json.loads(attributes["method"]),
         "seconds": float(attributes["seconds"]),
     }
-    return reader(dataset, common)
 
 
-def _read_chart(dataset: xarray.Dataset, common: dict[str, Any]) -> Chart:
+def _read_chart(dataset: xarray.Dataset) -> Chart:
     return Chart(
         gain=dataset["gain"].to_numpy(),
         spectral_radius=dataset["spectral_radius"].to_numpy(),
         multiplier=dataset["multiplier_real"].to_numpy() + 1j * dataset["multiplier_imag"].to_numpy(),
+        error=dataset["error"].to_numpy(),
         failed=int(dataset.attrs["failed"]),
         repeated=int(dataset.attrs["repeated"]),
-        **common,
+        **_common(dataset),
     )
 
 
-def _read_limit(dataset: xarray.Dataset, common: dict[str, Any]) -> Limit:
+def _read_limit(dataset: xarray.Dataset) -> Limit:
     low, high = np.asarray(dataset.attrs["bounds"], dtype=float)
     return Limit(
         gain=dataset["gain"].to_numpy(),
@@ -140,5 +160,5 @@ def _read_limit(dataset: xarray.Dataset, common: dict[str, Any]) -> Limit:
         intervals=dataset["stable_interval"].to_numpy(),
         error=dataset["error"].to_numpy(),
         bounds=(float(low), float(high)),
-        **common,
+        **_common(dataset),
     )

@@ -11,6 +11,8 @@ from typing import NoReturn
 import tyro
 
 from lobex.shell.arguments import Limit, Lobes
+from lobex.shell.march_arguments import March
+from lobex.shell.wear_arguments import Wear
 
 
 def main() -> None:
@@ -19,10 +21,16 @@ def main() -> None:
         command = _parse()
         from lobex.shell.limit import run_limit
         from lobex.shell.lobes import run_lobes
+        from lobex.shell.march import run_march
+        from lobex.shell.wear import run_wear
 
         warnings.showwarning = _one_line_warning
         if isinstance(command, Limit):
             run_limit(command)
+        elif isinstance(command, March):
+            run_march(command)
+        elif isinstance(command, Wear):
+            run_wear(command)
         else:
             run_lobes(command)
     except BrokenPipeError:
@@ -35,15 +43,15 @@ def main() -> None:
         raise SystemExit(130) from None
 
 
-def _parse() -> Lobes | Limit:
+def _parse() -> Lobes | Limit | March | Wear:
     errors = io.StringIO()
     try:
         with contextlib.redirect_stderr(errors):
             return tyro.extras.subcommand_cli_from_dict(
-                {"lobes": Lobes, "limit": Limit},
+                {"lobes": Lobes, "limit": Limit, "march": March, "wear": Wear},
                 prog="lobex",
                 description=(
-                    "Stability lobe diagrams of delayed systems: blade rub, turning and milling.\n\n"
+                    "Stability lobe diagrams and time marches of delayed systems: blade rub, turning and milling.\n\n"
                     "Example: lobex lobes rub --speed 50:400:351 --gain 4.5e4:4.5e6:401 --out rub"
                 ),
                 args=sys.argv[1:] or ["--help"],

@@ -1,0 +1,1 @@
+"""What the blade rubs: contact laws and casings."""

@@ -1,0 +1,128 @@
+"""The march of a delayed process in time: the proof, by integration, of what a multiplier says."""
+
+import time
+from functools import partial
+from typing import Any
+
+import jax
+import numpy as np
+
+from lobex import _checks
+from lobex.marches.growth_fit import MOST_PERIODS, fit_growth
+from lobex.marches.lanes import check_steps, lanes_of, warn_of_lost_lanes
+from lobex.marches.linear import Motion, march_system
+from lobex.marches.start import History, sample_history, starting_state
+from lobex.processes.process import Process, check_process
+from lobex.processes.system import DelaySystem
+from lobex.results.description import describe
+from lobex.results.march import March
+
+Array = Any
+
+
+def march_delay(
+    process: Process,
+    speed: Array,
+    gain: Array,
+    history: History,
+    periods: int,
+    steps_per_period: int,
+    *,
+    state: Array | None = None,
+    every: int = 1,
+) -> March:
+    """March a delayed process in time, from its motion during one delay, and fit how it grows per period.
+
+    Steps are τ/``steps_per_period``, so that the delay is a whole number of them and Δt differs from speed to
+    speed. Free vibration is integrated exactly and the force by a trapezoidal rule with the exact means of periodic
+    coefficients: second order in the step, over the jumps of milling, too, and stable however stiff the
+    modes. All lanes advance side by side. The growth is fitted to the last periods (at most 8, at most half of
+    them); ``March.growth_error`` tells how far the fit had converged, and knows nothing of the error of
+    the steps, which falls as their number squared.
+
+    Args:
+        process: a process, such as ``Rub(modes)``.
+        speed: speeds, Hz (revolutions per second), any shape.
+        gain: gains, broadcast against ``speed``; the broadcast shape is that of the lanes.
+        history: y(t) during the delay before t = 0, as a function of time: it is called once, with an array of
+            times in s, from −τ to 0, of shape (*lanes, steps_per_period + 1), and returns m of the same shape,
+            or with the r outputs as one more axis; a constant will do. For §4.4 see ``growing_history``.
+        periods: how many delays to march: revolutions of a blade, tooth passes of a cutter.
+        steps_per_period: steps per delay.
+        state: z(0), (d,) or (*lanes, d); for vibration modes (u, u̇/ω) mode by mode, for ``DelayedMathieu``
+            (x, ẋ). By default the structure is at rest and bent by a force at the contact to where the
+            history ends.
+        every: keep every n-th step of the displacement, to save memory; a divisor of ``steps_per_period``.
+
+    Returns:
+        A ``March`` of float64 NumPy arrays.
+
+    Raises:
+        ValueError: for a history or state that has a wrong shape or is not finite, sizes that are not whole
+            numbers, and fewer than 8 steps per wave of the first mode, naming the speed and the steps it needs.
+
+    Warns:
+        SweepWarning: when lanes grow beyond floating point; they are NaN from there on.
+
+    Source: §4.4 of the thesis, with the exponential steps of Hochbruck and Ostermann, Exponential integrators,
+        Acta Numerica 19 (2010).
+    """
+    check_process(process)
+    periods = _checks.integer("periods", periods, 1)
+    steps = _checks.integer("steps_per_period", steps_per_period, 3)
+    every = _checks.integer("every", every, 1)
+    if steps % every:
+        raise ValueError(f"every = {every} does not divide steps_per_period = {steps}; give a divisor")
+    speeds, gains = lanes_of(process, speed, gain)
+    begun = time.perf_counter()
+    with jax.enable_x64(True):
+        process = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=np.float64), process)
+        system = jax.tree.map(np.asarray, _systems(process, speeds.ravel(), gains.ravel()))
+        outputs = np.shape(system.inputs)[-1]
+        check_steps("steps_per_period", system, speeds.ravel(), steps)
+        delay = np.broadcast_to(system.delay, speeds.size).reshape(speeds.shape)
+        past = sample_history(history, delay, steps, outputs).reshape(speeds.size, steps + 1, outputs)
+        first = starting_state(system, state, past[:, -1])
+        motion = jax.tree.map(np.asarray, _march(process, speeds.ravel(), gains.ravel(), past, first, periods, every))
+    lanes = speeds.shape
+    growth = fit_growth(_delay_states(motion, system, min(MOST_PERIODS, periods // 2)))
+    start = np.einsum("lnrs,lns->lr", system.outputs, first.reshape(*np.shape(system.outputs)[:2], -1))
+    displacement = np.concatenate([start[:, None], motion.output.reshape(speeds.size, -1, outputs)], axis=1)
+    displacement, final = (np.where(np.isfinite(part), part, np.nan) for part in (displacement, motion.states[:, -1]))
+    warn_of_lost_lanes(np.isnan(final).any(axis=1), process.gain, speeds, gains)
+    return March(
+        speed=speeds,
+        gain=gains,
+        delay=delay,
+        phase=np.arange(displacement.shape[1]) * (every / steps),
+        displacement=displacement.reshape(*lanes, -1, outputs),
+        state=final.reshape(*lanes, -1),
+        multiplier=growth.multiplier.reshape(lanes),
+        growth_error=growth.error.reshape(lanes),
+        steps_per_period=steps,
+        quantity=process.gain,
+        speed_unit=process.speed_unit,
+        process=describe(process),
+        seconds=time.perf_counter() - begun,
+    )
+
+
+def _delay_states(motion: Motion, system: DelaySystem, count: int) -> np.ndarray:
+    """The last ``count`` + 1 delay-states, (lanes, count + 1, size), in comparable units."""
+    lanes = len(motion.states)
+    history = motion.output[:, -count - 1 :].reshape(lanes, count + 1, -1)
+    scale = np.linalg.norm(np.reshape(system.outputs, (lanes, -1)), axis=-1)[:, None, None]
+    return np.concatenate([scale * motion.states[:, -count - 1 :], history / np.sqrt(history.shape[-1])], axis=-1)
+
+
+@jax.jit
+def _systems(process: Process, speed: Array, gain: Array) -> DelaySystem:
+    return jax.vmap(process.system)(speed, gain)
+
+
+@partial(jax.jit, static_argnames=("periods", "every"))
+def _march(process: Process, speed: Array, gain: Array, past: Array, state: Array, periods: int, every: int) -> Motion:
+    def lane(speed: Array, gain: Array, past: Array, state: Array) -> Motion:
+        return march_system(process.system(speed, gain), past, state, periods, every)
+
+    return jax.vmap(lane)(speed, gain, past, state)

@@ -1,0 +1,140 @@
+"""One revolution of a rubbing blade at many speeds: every lane moves on by one casing cell per step."""
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+
+from lobex.contact.laws import ContactLaw
+from lobex.marches.central_difference import ModalStep
+from lobex.marches.decimation import decimate
+from lobex.structures.modes import Modes
+
+Array = Any
+
+# Steps per turn of the loop, for less overhead; more only compiled longer.
+_UNROLL = 4
+
+
+class Blade(NamedTuple):
+    """Where a revolution begins and ends: modal displacement and velocity (modes, lanes), depth removed
+    (cells, lanes), and the tip's last displacements (tail, lanes) for the decimation's filter."""
+
+    displacement: Array
+    velocity: Array
+    depth: Array
+    tail: Array
+
+
+class Revolution(NamedTuple):
+    """What a revolution leaves, per lane: samples of the tip (samples, lanes) and totals (lanes,)."""
+
+    tip: Array
+    amplitude: Array
+    contact: Array
+    removed: Array
+    input_energy: Array
+    damping_energy: Array
+    removal_energy: Array
+    stored_energy: Array
+
+
+class _Totals(NamedTuple):
+    amplitude: Array
+    contact: Array
+    removed: Array
+    input_energy: Array
+    damping_energy: Array
+    removal_energy: Array
+
+
+class _Step(NamedTuple):
+    displacement: Array
+    increment: Array
+    tip: Array
+    tip_before: Array
+    totals: _Totals
+
+
+def at_rest(modes: Modes, cells: int, lanes: int, tail: int) -> Blade:
+    """A blade at rest in equilibrium, before an unworn casing."""
+    still = jnp.zeros((modes.count, lanes))
+    return Blade(still, still, jnp.zeros((cells, lanes)), jnp.zeros((tail, lanes)))
+
+
+def revolve(
+    modes: Modes, law: ContactLaw, profile: Array, speed: Array, blade: Blade, matrix: Array, factor: int
+) -> tuple[Blade, Revolution]:
+    """One revolution at the speeds (lanes,), Hz, over the unworn profile (cells,), m.
+
+    In cell c, with the penetration h = q_i − profile[c] − depth[c]: force from h; q_{i+1}; then what the law
+    removes comes off that cell, §1.4. A cell that the tip has not reached yet stays as it is: removed earlier, it
+    could never push the tip.
+
+    The energies sum by the trapezoidal rule over the instants of the steps: ``input_energy`` is the work of the
+    contact on a tip that it drives back, ``removal_energy`` that of a tip that moves into the coating against the
+    force, ``damping_energy`` that of the modal damping. The kinetic and strain energy ``stored_energy`` grows by
+    input − removal − damping, up to the square of the time step.
+    """
+    cells = profile.shape[0]
+    march = ModalStep.of(modes, 1 / (cells * speed))
+    none = jnp.zeros_like(speed)
+
+    def step(state: _Step, cell: tuple[Array, Array]) -> tuple[_Step, tuple[Array, Array]]:
+        unworn, depth = cell
+        surface = unworn + depth
+        penetration = state.tip - surface
+        force = law.force(penetration, depth)
+        displacement, increment = march.advance(state.displacement, state.increment, force)
+        tip = march.tip(displacement)
+        removed = law.removed(penetration, depth, tip - surface)
+        work = force * (tip - state.tip_before)
+        old = state.totals
+        totals = _Totals(
+            amplitude=jnp.maximum(old.amplitude, jnp.abs(tip)),
+            contact=old.contact + (penetration > 0),
+            removed=old.removed + removed,
+            input_energy=old.input_energy + jnp.maximum(-work, 0),
+            damping_energy=old.damping_energy + jnp.sum(march.damping * (increment + state.increment) ** 2, axis=0),
+            removal_energy=old.removal_energy + jnp.maximum(work, 0),
+        )
+        return _Step(displacement, increment, tip, state.tip, totals), (depth + removed, state.tip)
+
+    tip, speed_of_tip = march.tip(blade.displacement), march.tip(blade.velocity)
+    force = _force(law, tip, profile, blade.depth)
+    power = force * speed_of_tip
+    dissipation = march.dissipation(blade.velocity)
+    increment = march.start(blade.displacement, blade.velocity, force)
+    state = _Step(blade.displacement, increment, tip, tip - march.tip(increment), _Totals(*(none,) * 6))
+    state, (depth, signal) = jax.lax.scan(step, state, (profile, blade.depth), unroll=_UNROLL)
+
+    force = _force(law, state.tip, profile, depth)
+    velocity = march.velocity(state.displacement, state.increment, force)
+    final_power = force * march.tip(velocity)
+    half = march.step / 2
+    totals = state.totals
+    # The steps count the first instant fully and the last not at all: half of each is due.
+    input_energy = totals.input_energy / 2 + half * (jnp.maximum(-final_power, 0) - jnp.maximum(-power, 0))
+    removal_energy = totals.removal_energy / 2 + half * (jnp.maximum(final_power, 0) - jnp.maximum(power, 0))
+    damping_energy = totals.damping_energy / (2 * march.step) + half * (march.dissipation(velocity) - dissipation)
+    if factor == 1:
+        samples, tail = signal, blade.tail
+    else:
+        samples = decimate(matrix, factor, blade.tail, signal)
+        tail = signal[cells - blade.tail.shape[0] :]
+    result = Revolution(
+        tip=samples,
+        amplitude=totals.amplitude,
+        contact=totals.contact / cells,
+        removed=totals.removed,
+        input_energy=input_energy,
+        damping_energy=damping_energy,
+        removal_energy=removal_energy,
+        stored_energy=march.energy(state.displacement, velocity),
+    )
+    return Blade(state.displacement, velocity, depth, tail), result
+
+
+def _force(law: ContactLaw, tip: Array, profile: Array, depth: Array) -> Array:
+    """The force in the first cell of the revolution."""
+    return law.force(tip - profile[0] - depth[0], depth[0])

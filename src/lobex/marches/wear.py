@@ -1,0 +1,221 @@
+"""The wear march: what a blade that rubs its casing for some revolutions leaves of it, at many speeds at once."""
+
+import os
+import threading
+import time
+import warnings
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from tqdm import tqdm
+
+from lobex import _checks
+from lobex.contact.casing import Casing, check_casing
+from lobex.contact.laws import ContactLaw, check_law
+from lobex.grids.sweep import SweepWarning
+from lobex.marches.central_difference import highest_frequency
+from lobex.marches.decimation import LENGTH, factor_for, filter_matrix, lag_of, usable_orders
+from lobex.marches.rub_revolution import Revolution, at_rest, revolve
+from lobex.processes.process import check_speed
+from lobex.processes.regenerative import Rub
+from lobex.results.description import describe
+from lobex.results.wear_map import WearMap
+from lobex.structures.modes import Modes, check_modes
+
+Array = Any
+
+# Lanes marched together on a CPU: their modes stay in a core's cache, and the loop's overhead is shared.
+_LANES = 384
+_FEWEST_LANES = 32
+_NAMED = 5
+
+_TOTALS = tuple(name for name in Revolution._fields if name != "tip")
+
+_turn = jax.jit(revolve, static_argnames="factor")
+# Threads that meet a new program at once would each compile it.
+_COMPILING = threading.Lock()
+
+
+def march_wear(
+    modes: Modes,
+    casing: Casing,
+    law: ContactLaw,
+    speed: Any,
+    revolutions: int = 20,
+    steps_per_revolution: int = 4096,
+    *,
+    samples_per_revolution: int = 512,
+    progress: bool = False,
+) -> WearMap:
+    """March a rubbing blade over some revolutions at every speed, wearing the casing: chapter 1.
+
+    Central differences, (1.16)-(1.17), in modal form, one casing cell per step. The reaction −F of the law acts on
+    the tip. The blade starts at rest at θ = 0. All arithmetic is float64.
+
+    Args:
+        modes: the blade's modes, with one contact direction.
+        casing: its profile before wear.
+        law: the contact law, such as ``Linear(4.5e6)``.
+        speed: rotational frequencies, Hz: (n,), or (n, revolutions) for a speed that changes from one revolution to
+            the next and is constant within each. Interaction depends on history: rising and falling speeds differ.
+        revolutions: number of revolutions.
+        steps_per_revolution: time steps per revolution, and casing cells.
+        samples_per_revolution: least number of samples of the tip's displacement to keep per revolution, for
+            spectra; engine orders up to a quarter of it are right. Taken behind a low-pass filter of 80 dB.
+        progress: show a progress bar on standard error.
+
+    Returns:
+        A ``WearMap``.
+
+    Raises:
+        ValueError: for speeds that are not finite and positive or can only be rpm, for numbers that are not whole and
+            positive, for a casing of another number of cells, and for fewer steps than central differences are stable
+            with (the message names the speed and the steps that it needs).
+
+    Warns:
+        SweepWarning: when lanes blew up: they are NaN and their speeds are named.
+    """
+    revolutions = _checks.integer("revolutions", revolutions, 1)
+    steps = _checks.integer("steps_per_revolution", steps_per_revolution, 16)
+    samples = _checks.integer("samples_per_revolution", samples_per_revolution, 16)
+    history = _checked_speeds(modes, casing, law, speed, revolutions)
+    begun = time.perf_counter()
+    with jax.enable_x64(True):
+        modes, law, casing = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=np.float64), (modes, law, casing))
+        profile = np.asarray(casing.profile(steps))
+        _check_steps(modes, law, profile, float(history.min()), steps)
+    factor = factor_for(steps, samples)
+    parts = _march(modes, law, profile, history, factor, progress)
+    failed = _failed(parts, float(casing.radius))
+    if failed.any():
+        named = ", ".join(f"{s:.6g}" for s in history[failed, 0][:_NAMED])
+        warnings.warn(
+            f"{failed.sum()} of {len(failed)} lanes blew up and are NaN, at speed = {named}"
+            f"{', …' if failed.sum() > _NAMED else ''} Hz; take more steps per revolution or a softer law",
+            SweepWarning,
+            stacklevel=2,
+        )
+        for values in parts.values():
+            values[failed] = np.nan
+    wear = parts.pop("removed") * 2 * np.pi * float(casing.radius) / steps
+    return WearMap(
+        speed=history[:, 0].copy(),
+        speed_history=history,
+        angle=2 * np.pi * np.arange(steps) / steps,
+        unworn=profile,
+        wear=wear,
+        samples_per_revolution=steps // factor,
+        lag=lag_of(factor),
+        usable_orders=usable_orders(steps, factor),
+        natural_frequency=np.asarray(modes.frequency),
+        nodal_diameters=casing.nodal_diameters,
+        radius=float(casing.radius),
+        axial_width=float(casing.axial_width),
+        model={"modes": describe(modes), "casing": describe(casing), "law": describe(law)},
+        seconds=time.perf_counter() - begun,
+        failed=int(failed.sum()),
+        **parts,
+    )
+
+
+def _checked_speeds(modes: Any, casing: Any, law: Any, speed: Any, revolutions: int) -> np.ndarray:
+    """The speed of every lane in every revolution, (n, revolutions), once all arguments are what they should be."""
+    check_modes(modes)
+    check_casing(casing)
+    check_law(law)
+    if modes.directions != 1:
+        raise ValueError(f"modes have {modes.directions} contact directions; give modes with one")
+    if any(map(_checks.is_traced, jax.tree.leaves((modes, casing, law, speed)))):
+        raise ValueError("an argument is traced by JAX; march_wear runs outside jit, grad and vmap: give plain numbers")
+    check_speed(Rub(modes), speed)
+    speeds = np.asarray(speed, dtype=np.float64)
+    if speeds.ndim not in (1, 2) or speeds.size == 0 or (speeds.ndim == 2 and speeds.shape[1] != revolutions):
+        raise ValueError(f"speed has shape {speeds.shape}; give (n,) or (n, {revolutions}), one column per revolution")
+    return np.ascontiguousarray(np.broadcast_to(speeds.reshape(len(speeds), -1), (len(speeds), revolutions)))
+
+
+def _check_steps(modes: Modes, law: ContactLaw, profile: np.ndarray, slowest: float, steps: int) -> None:
+    """Require a stable time step at the lowest speed, with the stiffest contact that the casing leads to."""
+    deepest = max(float(-profile.min()), float(np.ptp(profile)))
+    stiffness = 0.0
+    if deepest > 0:
+        penetration = jnp.linspace(0, deepest, 65)[1:]
+        slope = jax.vmap(jax.grad(lambda h: law.force(h, jnp.zeros(()))))(penetration)
+        stiffness = float(jnp.max(slope))
+    highest = highest_frequency(modes, stiffness)
+    needed = int(highest / (2 * slowest)) + 1
+    if steps < needed:
+        raise ValueError(
+            f"steps_per_revolution = {steps} is too few at speed = {slowest:.6g} Hz, where central differences are "
+            f"stable from {needed} on (highest frequency {highest / (2 * np.pi):.6g} Hz, in contact)"
+        )
+
+
+def _march(
+    modes: Modes, law: ContactLaw, profile: np.ndarray, history: np.ndarray, factor: int, progress: bool
+) -> dict[str, np.ndarray]:
+    """March every block of lanes, side by side on a CPU; results with lanes first."""
+    (lanes, revolutions), cells = history.shape, len(profile)
+    parts = {name: np.empty((lanes, revolutions)) for name in _TOTALS}
+    parts["depth"] = np.empty((lanes, cells))
+    parts["displacement"] = np.empty((lanes, revolutions * (cells // factor)))
+    matrix = filter_matrix(cells, factor) if factor > 1 else np.zeros((1, 1))
+    blocks = _blocks(lanes)
+    total = len(blocks) * revolutions
+    with tqdm(total=total, unit="rev", disable=not progress, leave=False) as bar:
+        work = partial(_march_block, modes, law, profile, history, factor, matrix, parts, bar.update)
+        with ThreadPoolExecutor(max_workers=_workers()) as pool:
+            list(pool.map(work, blocks))
+    return parts
+
+
+def _march_block(
+    modes: Modes,
+    law: ContactLaw,
+    profile: np.ndarray,
+    history: np.ndarray,
+    factor: int,
+    matrix: np.ndarray,
+    parts: dict[str, np.ndarray],
+    done: Any,
+    block: np.ndarray,
+) -> None:
+    samples = len(profile) // factor
+    # The scope of float64 is a thread's own.
+    with jax.enable_x64(True):
+        blade = at_rest(modes, len(profile), len(block), LENGTH * factor if factor > 1 else 0)
+        for turn in range(history.shape[1]):
+            with _COMPILING if turn == 0 else nullcontext():
+                blade, result = _turn(modes, law, profile, history[block, turn], blade, matrix, factor=factor)
+            for name in _TOTALS:
+                parts[name][block, turn] = np.asarray(getattr(result, name))
+            parts["displacement"][block, turn * samples : (turn + 1) * samples] = np.asarray(result.tip).T
+            done()
+        parts["depth"][block] = np.asarray(blade.depth).T
+
+
+def _blocks(lanes: int) -> list[np.ndarray]:
+    """Lane numbers of equal blocks; the last reaches back over lanes of the one before, so that one shape serves."""
+    if jax.default_backend() != "cpu":
+        return [np.arange(lanes)]
+    count = max(-(-lanes // _LANES), min(_workers(), lanes // _FEWEST_LANES), 1)
+    size = -(-lanes // count)
+    return [np.arange(size) + min(start, lanes - size) for start in range(0, lanes, size)]
+
+
+def _workers() -> int:
+    """Threads that march at once: one per core on a CPU."""
+    if jax.default_backend() != "cpu":
+        return 1
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _failed(parts: dict[str, np.ndarray], radius: float) -> np.ndarray:
+    """Lanes that are not finite, or whose tip has left the casing by more than its radius."""
+    totals = np.sum([parts[name].sum(axis=1) for name in _TOTALS], axis=0)
+    return ~np.isfinite(totals) | ~(parts["amplitude"].max(axis=1) < radius)

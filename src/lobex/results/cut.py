@@ -1,0 +1,103 @@
+"""The result of a simulation of turning."""
+
+import os
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lobex.results.description import in_words
+from lobex.results.march import span
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Cut:
+    """Turning in time, lane by lane; lanes have the broadcast shape of speed and depth.
+
+    Attributes:
+        speed: (*lanes,), Hz.
+        depth: depth of cut b, (*lanes,), m.
+        feed: feed per revolution h₀, m.
+        phase: revolutions since the start, (samples,).
+        displacement: q of the tool away from the workpiece, (*lanes, samples), m; NaN once a lane has grown beyond
+            floating point.
+        chip_thickness: h, (*lanes, samples), m; 0 out of contact.
+        force: radial cutting force, (*lanes, samples), N; 0 out of contact.
+        state: the modes' (u, u̇/ω) at the end, (*lanes, d).
+        steps_per_revolution: steps per revolution.
+        modes, law: the tool and the cutting law, as plain dictionaries.
+        seconds: wall time, compiling included.
+    """
+
+    speed: np.ndarray
+    depth: np.ndarray
+    feed: float
+    phase: np.ndarray
+    displacement: np.ndarray
+    chip_thickness: np.ndarray
+    force: np.ndarray
+    state: np.ndarray
+    steps_per_revolution: int
+    modes: dict[str, Any]
+    law: dict[str, Any]
+    seconds: float
+
+    @property
+    def time(self) -> np.ndarray:
+        """The times of the samples, s, (*lanes, samples)."""
+        return self.phase / self.speed[..., None]
+
+    @property
+    def amplitude(self) -> np.ndarray:
+        """Half the range of the displacement over the last revolution, m, (*lanes,)."""
+        last = self._last_revolution(self.displacement)
+        return (last.max(axis=-1) - last.min(axis=-1)) / 2
+
+    @property
+    def separation(self) -> np.ndarray:
+        """Share of the last revolution that the tool spends out of the cut, (*lanes,)."""
+        force = self._last_revolution(self.force)
+        return np.where(np.isnan(force).any(axis=-1), np.nan, np.mean(force == 0, axis=-1))
+
+    def _last_revolution(self, samples: np.ndarray) -> np.ndarray:
+        return samples[..., self.phase > self.phase[-1] - 1 + 1e-9]
+
+    def __repr__(self) -> str:
+        lost = int(np.isnan(self.state).any(axis=-1).sum())
+        lines = [
+            f"Cut: {self.speed.size} lanes, {self.phase[-1]:.0f} revolutions of {self.steps_per_revolution} steps",
+            f"  speed            {span(self.speed)} Hz",
+            f"  depth of cut     {span(self.depth)} m",
+            f"  feed             {self.feed:.6g} m per revolution",
+            f"  law              {in_words(self.law)} per depth",
+            f"  last revolution  amplitude {span(self.amplitude)} m, out of the cut for {span(self.separation)} of it",
+            f"  largest force    {span(np.nanmax(self.force, axis=-1, initial=0.0))} N",
+            f"  wall time        {self.seconds:.2f} s",
+            f"  failed           {lost} lanes",
+        ]
+        return "\n".join(lines)
+
+    def plot(self, ax: "Axes | None" = None, what: str = "displacement") -> "Axes":
+        """Over revolutions, lane by lane as in Fig. 2.5; returns the axes.
+
+        ``what`` is "displacement", "chip_thickness" or "force".
+        """
+        from lobex.plots.cut import plot_cut
+
+        return plot_cut(self, ax, what)
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """The cut as a labelled dataset, the lanes as one dimension, with units and the model in its attributes."""
+        from lobex.results.march_file import cut_to_dataset
+
+        return cut_to_dataset(self)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the cut to a NetCDF-4 file, which ``lobex.load`` reads back; all at once or not at all."""
+        from lobex.results.netcdf import save_dataset
+
+        save_dataset(self.to_xarray(), path)

@@ -1,0 +1,107 @@
+"""The result of a march of a delayed process."""
+
+import os
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lobex.processes.quantity import Quantity
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.axes import Axes
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class March:
+    """A motion in time, lane by lane; lanes have the broadcast shape of speed and gain.
+
+    Attributes:
+        speed: (*lanes,), Hz.
+        gain: (*lanes,), in ``quantity.unit``.
+        delay: τ, which is also the period, (*lanes,), s.
+        phase: t/τ of the samples, (samples,), from 0 to the number of periods.
+        displacement: y at the samples, (*lanes, samples, r), m where the structure has modes; NaN once a lane has
+            grown beyond floating point.
+        state: z at the end, (*lanes, d).
+        multiplier: the dominant Floquet multiplier, Im ≥ 0, fitted to the last periods, complex, (*lanes,). NaN
+            where there are too few periods (below 2) or no motion.
+        growth_error: estimated error of |multiplier| that the fit leaves, (*lanes,); it falls with more periods.
+        steps_per_period: steps per delay.
+        quantity: what the gain is.
+        speed_unit: "Hz" or "rpm", for legends.
+        process: the model, as a plain dictionary.
+        seconds: wall time, compiling included.
+    """
+
+    speed: np.ndarray
+    gain: np.ndarray
+    delay: np.ndarray
+    phase: np.ndarray
+    displacement: np.ndarray
+    state: np.ndarray
+    multiplier: np.ndarray
+    growth_error: np.ndarray
+    steps_per_period: int
+    quantity: Quantity
+    speed_unit: str
+    process: dict[str, Any]
+    seconds: float
+
+    @property
+    def growth(self) -> np.ndarray:
+        """The factor per period by which the motion grows (above 1) or dies out, (*lanes,)."""
+        return np.abs(self.multiplier)
+
+    @property
+    def time(self) -> np.ndarray:
+        """The times of the samples, s, (*lanes, samples)."""
+        return self.delay[..., None] * self.phase
+
+    def __repr__(self) -> str:
+        unit, steps = self.quantity.unit, self.delay / self.steps_per_period
+        lines = [
+            f"March of {self.process['type']}: {self.speed.size} lanes, {self.phase[-1]:.0f} periods of "
+            f"{self.steps_per_period} steps",
+            f"  speed            {span(self.speed)} Hz",
+            f"  gain             {span(self.gain)} {unit} ({self.quantity.name} {self.quantity.symbol})",
+            f"  time step        {span(steps)} s",
+            f"  growth           {span(self.growth)} per period, fitted to {_worst(self.growth_error)}",
+            f"  displacement     {self.displacement.shape}, {self.displacement.nbytes / 1e6:.3g} MB",
+            f"  wall time        {self.seconds:.2f} s",
+            f"  failed           {int(np.isnan(self.state).any(axis=-1).sum())} lanes",
+        ]
+        return "\n".join(lines)
+
+    def plot(self, ax: "Axes | None" = None) -> "Axes":
+        """The displacement over revolutions or tooth passes, lane by lane as in Fig. 4.13; returns the axes."""
+        from lobex.plots.march import plot_march
+
+        return plot_march(self, ax)
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """The march as a labelled dataset, the lanes as one dimension, with units and the model in its attributes."""
+        from lobex.results.march_file import march_to_dataset
+
+        return march_to_dataset(self)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the march to a NetCDF-4 file, which ``lobex.load`` reads back; all at once or not at all."""
+        from lobex.results.netcdf import save_dataset
+
+        save_dataset(self.to_xarray(), path)
+
+
+def span(numbers: np.ndarray) -> str:
+    """The range of the finite numbers, as text."""
+    finite = numbers[np.isfinite(numbers)]
+    if finite.size == 0:
+        return "none finite"
+    low, high = f"{finite.min():.6g}", f"{finite.max():.6g}"
+    return low if low == high else f"{low} to {high}"
+
+
+def _worst(errors: np.ndarray) -> str:
+    finite = errors[np.isfinite(errors)]
+    return f"{finite.max():.1e}" if finite.size else "nothing"

@@ -1,0 +1,116 @@
+"""``lobex march``: motions in time as a file, a picture and a summary beside the prediction."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lobex import _checks
+from lobex.shell.march_arguments import MOST_LANES, March, MarchFlags, MarchRub, MarchTurning, parse_values
+from lobex.shell.models import output_files, process_of
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def run_march(command: March) -> None:
+    """Check everything, march, then write PATH.nc and PATH.png."""
+    flags = command.process
+    speed, gain = _points(flags)
+    _checks.integer("periods", flags.periods, 1)
+    _checks.integer("steps", flags.steps, 3)
+    _checks.as_numbers("start", flags.start)
+    files = output_files(flags, (".nc", ".png"))
+
+    # JAX is slow to import: only now.
+    from lobex.shell.environment import prepare_jax
+
+    prepare_jax()
+    import lobex
+
+    process = process_of(flags)
+    result, growth = _run(flags, process, speed, gain)
+    result.save(files[0])
+    _draw(result, files[1])
+    if not flags.output.quiet:
+        predicted = lobex.spectral_radius(process, speed, gain)
+        rows = _comparison(process, speed, gain, growth, predicted)
+        print("\n".join([repr(result), *rows, f"  written          {files[0]}, {files[1]}"]))
+
+
+def _points(flags: MarchFlags) -> tuple[np.ndarray, np.ndarray]:
+    """Every speed (Hz) with every gain, both (lanes,)."""
+    name, unit, scale = ("rpm", "rpm", 60.0) if hasattr(flags, "rpm") else ("speed", "Hz", 1.0)
+    speed = parse_values(name, getattr(flags, name), unit)
+    _checks.positive(name, speed, unit)
+    gain = parse_values("gain", flags.gain, "SI units")
+    if speed.size * gain.size > MOST_LANES:
+        raise ValueError(
+            f"{name} and gain make {speed.size * gain.size} points; give at most {MOST_LANES}, which one picture holds"
+        )
+    return np.repeat(speed / scale, gain.size), np.tile(gain, speed.size)
+
+
+def _run(flags: MarchFlags, process: Any, speed: np.ndarray, gain: np.ndarray) -> tuple[Any, np.ndarray | None]:
+    """The result, and its growth per period where it has one."""
+    if isinstance(flags, MarchTurning) and flags.feed is not None:
+        from lobex.contact.laws import Linear
+        from lobex.marches.turning import simulate_turning
+
+        law = Linear(flags.radial)
+        return simulate_turning(process.modes, law, speed, gain, flags.feed, flags.periods, flags.steps), None
+    from lobex.marches.delay import march_delay
+
+    history, state = _start(flags, process, speed)
+    march = march_delay(process, speed, gain, history, flags.periods, flags.steps, state=state)
+    return march, march.growth
+
+
+def _start(flags: MarchFlags, process: Any, speed: np.ndarray) -> tuple[Any, Any]:
+    """History and state: §4.4's for the rod, a deflection until t = 0 for the others."""
+    if isinstance(flags, MarchRub):
+        import lobex
+        from lobex.marches.start import growing_history
+
+        rod = lobex.Rod(flags.elements, flags.young_modulus, flags.density, flags.length, flags.area)
+        return growing_history(rod, speed, tip=flags.start, keep=flags.keep or None)
+    outputs = process.modes.directions if hasattr(process, "modes") else 1
+    return lambda time: np.full((*time.shape, outputs), flags.start), None
+
+
+def _comparison(
+    process: Any, speed: np.ndarray, gain: np.ndarray, growth: np.ndarray | None, predicted: np.ndarray
+) -> list[str]:
+    """One line per lane: what was found beside what the monodromy operator says."""
+    from lobex.marches.lanes import in_unit
+
+    factor, unit = (60, "rpm") if process.speed_unit == "rpm" else (1, "Hz")
+    rows = []
+    for lane, radius in enumerate(predicted):
+        found = "" if growth is None else f"growth {growth[lane]:.6f} per period, "
+        point = f"{speed[lane] * factor:.6g} {unit}, {process.gain.symbol} = {in_unit(gain[lane], process.gain.unit)}"
+        rows.append(f"  at {point}: {found}predicted max|μ| {radius:.6f}, {'unstable' if radius > 1 else 'stable'}")
+    return rows
+
+
+def _draw(result: Any, path: Path) -> None:
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    figure = _figure(result)
+    figure.savefig(path, dpi=150)
+    plt.close(figure)
+
+
+def _figure(result: Any) -> "Figure":
+    import matplotlib.pyplot as plt
+
+    if hasattr(result, "chip_thickness"):
+        from lobex.plots.cut import plot_histories
+
+        return plot_histories(result)
+    figure, axes = plt.subplots(figsize=(7.0, 4.0), layout="constrained")
+    result.plot(axes)
+    return figure
