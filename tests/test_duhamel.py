@@ -17,35 +17,46 @@ from lobex.operators.response import forced_response, gauss_nodes
 from lobex.processes.feedback import Piece
 
 
+@jax.jit
+def _moments(block):
+    phases = cell_phases(np.array([0.0, 1.0])).ravel()
+    samples = exponential(phases[:, None, None] * block)
+    return exponential_moments(block, exponential(block), samples, 14)
+
+
+@jax.jit
+def _response(speed, force):
+    response = forced_response(ROD.system(speed, 1e6), Piece(0.0, 1.0, False), len(force))
+    return response.forced @ force
+
+
 @pytest.mark.parametrize("frequency", [0.3, 5.0, 27.0, 29.0, 200.0])
 def test_moments_of_an_oscillator_are_those_of_quadrature(frequency):
     block = frequency * np.array([[0.0, 1.0], [-1.0, -0.06]])
-    phases = cell_phases(np.array([0.0, 1.0])).ravel()
     with jax.enable_x64(True):
-        samples = exponential(phases[:, None, None] * block)
-        moments = exponential_moments(block, exponential(block), samples, 14)
+        moments = np.asarray(_moments(block))
     for k in (0, 1, 5, 13):
         legendre = np.polynomial.legendre.Legendre.basis(k, domain=[0, 1])
         for i, j in ((0, 1), (1, 1)):
             exact = quad(
                 lambda s, i=i, j=j, p=legendre: float(expm(block * (1 - s))[i, j] * p(s)), 0, 1, limit=400, epsabs=1e-13
             )[0]
-            assert float(moments[k][i, j]) == pytest.approx(exact, abs=2e-13)
+            assert moments[k][i, j] == pytest.approx(exact, abs=2e-13)
 
 
-@pytest.mark.parametrize(("speed", "nodes"), [(400.0, 8), (50.0, 24), (3.0, 12)])
+@pytest.mark.parametrize(("speed", "nodes"), [(400.0, 16), (50.0, 16), (3.0, 16)])
 def test_response_to_a_polynomial_force_is_exact(speed, nodes):
     # At 3 Hz the fifth mode turns 6,000 radians between nodes that know nothing of it.
     modes = ROD.modes
     omega, ratio, shape = (np.asarray(a).ravel() for a in (modes.angular_frequency, modes.damping_ratio, modes.shape))
     damped = omega * np.sqrt(1 - ratio**2)
-    with jax.enable_x64(True):
-        piece = Piece(0.0, 1.0, False)
-        response = jax.jit(lambda speed: forced_response(ROD.system(speed, 1e6), piece, nodes))(speed)
     points = gauss_nodes(nodes)[0]
     force = np.polynomial.legendre.Legendre(np.random.default_rng(0).standard_normal(nodes - 2), domain=[0, 1])
-    computed = np.asarray(response.forced) @ force(points)
-    fine, weights = gauss_nodes(4000)
+    with jax.enable_x64(True):
+        computed = np.asarray(_response(speed, force(points)))
+    panels = np.arange(400) / 400
+    inner, weights = gauss_nodes(24)
+    fine, weights = (panels[:, None] + inner / 400).ravel(), np.tile(weights / 400, 400)
     for k in (1, nodes // 2, nodes - 1):
         lag = points[k] * (1 - fine) / speed
         kernel = np.sum(
@@ -80,6 +91,18 @@ def test_chosen_nodes_keep_the_tolerance_and_the_estimate_bounds_the_error(proce
     assert np.all(error <= np.maximum(chart.error, 3e-11))
     other = lobex.sweep(process, speeds, gains, lobex.Chebyshev(90))
     assert chart.chatter_frequency == pytest.approx(other.chatter_frequency, rel=1e-6, abs=1e-6)
+
+
+def test_nodes_follow_every_mode_that_might_dominate():
+    # Of five lightly damped modes the fourth or fifth can be the one that chatters, where nodes enough for the first
+    # show nothing of it: at 150 Hz and 0.68 MN/m 42 nodes give 1.071, and the truth is 1.083.
+    process = rub(5, 0.001)
+    speeds, gains = np.linspace(50, 400, 8), np.linspace(4.5e4, 4.5e6, 8)
+    chart = lobex.sweep(process, speeds, gains)
+    exact = lobex.spectral_radius(process, speeds[:, None], gains, lobex.Chebyshev(100))
+    assert chart.spectral_radius == pytest.approx(exact, rel=1e-8)
+    blind = lobex.sweep(process, [150.0], [gains[1]], lobex.Duhamel(nodes=42))
+    assert np.isinf(blind.error[0, 0])
 
 
 @pytest.mark.filterwarnings("ignore::lobex.SweepWarning")

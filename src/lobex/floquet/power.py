@@ -24,8 +24,8 @@ class Pair(NamedTuple):
     vector: Array
 
 
-def dominant(matrix: Array, squarings: Array) -> tuple[Pair, Array]:
-    """The eigenvalue of largest modulus of (N, N) with its vector, and a vector of its left eigenspace, (N,).
+def dominant(matrix: Array, squarings: Array) -> Pair:
+    """The eigenvalue of largest modulus of (N, N) with its vector.
 
     What the power 2^squarings of U leaves of the other eigenvalues is (|μ₃|/|μ₁|)^(2^squarings); the dominant one
     and the next, which is its conjugate in most cases, are told apart in the plane of two vectors. Nothing tells
@@ -33,8 +33,7 @@ def dominant(matrix: Array, squarings: Array) -> tuple[Pair, Array]:
     """
     power = _power(matrix, squarings)
     # The right space from the left one: no start vector is orthogonal to itself.
-    left = power.T @ _start(matrix)
-    return _in_plane(matrix, power @ left), left
+    return _in_plane(matrix, power @ (power.T @ _start(matrix)))
 
 
 def dominant_triple(matrix: Array, squarings: int = 10) -> tuple[Triple, Array]:

@@ -104,7 +104,7 @@ def _dominant(
             value, vector = dense.dominant_pair(operator.matrix)
             residual = jnp.zeros(())
         else:
-            pair, _ = power.dominant(operator.matrix, squarings)
+            pair = power.dominant(operator.matrix, squarings)
             value, vector, residual = *map(power.as_complex, pair), power.residual(operator.matrix, pair)
         return value, chatter_frequency(operator, system.delay, value, vector), residual
 

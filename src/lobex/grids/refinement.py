@@ -33,7 +33,7 @@ _SPEEDS = 32
 _FEW = 64
 _MANY = 20_000
 # Nodes that 1e-8 takes, for the first guess alone: measured on blade rub and milling.
-_LEAST, _PER_RADIAN = 6.0, 0.75
+_LEAST, _PER_RADIAN = 4.0, 0.75
 
 
 def refined_over_grid(
@@ -175,12 +175,11 @@ def _dominant(
         mine = jax.tree.map(lambda part: part[row], prepared)
         matrix = method.assemble(mine, system.feedback, jnp.linalg.inv if densely else inverse)
         if densely:
-            triple = dense.triple(matrix)
-            value, vector, left = as_pair(triple.value), as_pair(triple.right), triple.left.real
+            value, vector = map(as_pair, dense.dominant_pair(matrix))
         else:
-            (value, vector), left = power.dominant(matrix, squarings)
-        motion = method.motion(mine, system.feedback, value, vector)
+            value, vector = power.dominant(matrix, squarings)
+        motion = method.motion(mine, system, value, vector)
         frequency = carrier_frequency(motion.phase, motion.weight, motion.output, system.delay, value)
-        return as_complex(value), frequency, motion.tail * method.adjoint_tail(mine, left), motion.defect
+        return as_complex(value), frequency, motion.error, motion.defect
 
     return jax.vmap(point)(row, speed, gain)

@@ -27,12 +27,14 @@ class Response(NamedTuple):
         forced: outputs at the nodes from the forces there, (q·r, q·r).
         through: end state from the start state, (d, d).
         push: end state from the forces, (d, q·r).
+        missed: how much of each mode's vibration the nodes cannot follow, (n,), from 0 to 1.
     """
 
     free: Array
     forced: Array
     through: Array
     push: Array
+    missed: Array
 
 
 def gauss_nodes(nodes: int) -> tuple[np.ndarray, np.ndarray]:
@@ -92,7 +94,15 @@ def forced_response(system: DelaySystem, piece: Piece, nodes: int) -> Response:
     free = jnp.einsum("nrs,qnsa->qrna", outputs, by_start[:-1]).reshape(nodes * r, n * s)
     forced = jnp.einsum("nrs,qnsjb->qrjb", outputs, by_force[:-1]).reshape(nodes * r, nodes * r)
     through = jnp.einsum("nab,nm->namb", by_start[-1], jnp.eye(n, dtype=dtype)).reshape(n * s, n * s)
-    return Response(free, forced, through, by_force[-1].reshape(n * s, nodes * r))
+    push = by_force[-1].reshape(n * s, nodes * r)
+    return Response(free, forced, through, push, _missed(system, piece, nodes))
+
+
+def _missed(system: DelaySystem, piece: Piece, nodes: int) -> Array:
+    """The Legendre terms from degree q on of a wave that turns through ±x are below (e x/2q)^q (DLMF 10.14.4)."""
+    quickness = jnp.sqrt(jnp.sum(jnp.asarray(system.blocks) ** 2, axis=(1, 2)) / np.shape(system.blocks)[1])
+    turn = quickness * system.delay * piece.length / 2
+    return jnp.minimum(np.e / 2 * turn / nodes, 1.0) ** nodes
 
 
 def free_response(system: DelaySystem, piece: Piece, points: np.ndarray) -> tuple[Array, Array]:
