@@ -27,8 +27,9 @@ lint: $(VENV)/.dev
 	$(BIN)/ruff format --check .
 	$(BIN)/pyright --pythonpath $(BIN)/python
 
-bench: $(VENV)/.test
+bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/measure.py
+	$(BIN)/python benchmarks/wear.py
 
 picture: $(VENV)/.package
 	$(BIN)/lobex lobes rub --out docs/images/rub
@@ -52,6 +53,10 @@ $(VENV)/.package: $(VENV)/.made pyproject.toml
 $(VENV)/.test: $(VENV)/.made pyproject.toml
 	$(INSTALL) '.[test]'
 	touch $@ $(VENV)/.package
+
+$(VENV)/.bench: $(VENV)/.made pyproject.toml
+	$(INSTALL) '.[bench]'
+	touch $@ $(VENV)/.test $(VENV)/.package
 
 $(VENV)/.dev: $(VENV)/.made pyproject.toml
 	$(INSTALL) '.[dev]'

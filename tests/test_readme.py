@@ -25,7 +25,14 @@ def test_python_blocks_run_in_order_and_print_what_they_say(tmp_path, monkeypatc
     assert claim.group(1) in printed
     assert np.isfinite(names["rough"]).sum() > 20
     assert names["limit"].gain == pytest.approx([920209.5963, 1134071.001, 328021.9409], rel=1e-8)
-    assert {p.name for p in tmp_path.iterdir()} == {"rub.png", "rub.nc", "limit.png", "wear.png", "spectrum.png"}
+    assert {p.name for p in tmp_path.iterdir()} == {
+        "rub.png",
+        "rub.nc",
+        "limit.png",
+        "band.png",
+        "wear.png",
+        "spectrum.png",
+    }
     assert names["march"].growth == pytest.approx([0.69889149, 1.20569362], rel=1e-4)
     worst = names["wear"].speed[np.argmax(names["wear"].volume)]
     assert 1 < worst / names["critical"][1] < 1.15

@@ -62,6 +62,41 @@ def test_exact_limit_in_the_shell(tmp_path):
     assert min(plt.imread(tmp_path / "rub-limit.png").shape[:2]) > 500
 
 
+def test_sensitivities_of_the_exact_limit_in_the_shell(tmp_path):
+    done = run("limit", "rub", "--speed", "60:400:35", "--exact", "--sensitivity", "--out", "s", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    names = sorted(p.name for p in tmp_path.iterdir())
+    assert names == ["s-sensitivity.csv", "s-sensitivity.png", "s.csv", "s.nc", "s.png"]
+    header, *rows = (tmp_path / "s-sensitivity.csv").read_text().splitlines()
+    columns = header.split(",")
+    numbers = ["area", "damping_ratio", "density", "length", "young_modulus", "speed"]
+    assert columns == ["speed_Hz", "gain_N/m", *(f"dlnK_dln_{name}" for name in numbers)]
+    table = dict(zip(columns, np.array([row.split(",") for row in rows], dtype=float).T, strict=True))
+    # K(αK; f) = α K(K; f/√α); stiffness and mass are proportional to the area.
+    by_speed = table["dlnK_dln_speed"]
+    assert table["dlnK_dln_young_modulus"] == pytest.approx(1 - by_speed / 2, rel=1e-6, abs=1e-6)
+    assert table["dlnK_dln_area"] == pytest.approx(1, rel=1e-8)
+    assert min(plt.imread(tmp_path / "s-sensitivity.png").shape[:2]) > 500
+    assert "young_modulus" in done.stdout
+    assert lobex.load(tmp_path / "s.nc").limit.gain == pytest.approx(table["gain_N/m"], rel=1e-11)
+
+
+def test_sensitivities_of_a_search_in_the_shell(tmp_path):
+    arguments = ("--rpm", "8500:8700:3", "--gain", "0:2e-3:9", "--teeth", "2", "--radial-immersion", "0.1")
+    done = run("limit", "milling", *arguments, "--nodes", "20", "--sensitivity", "--quiet", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == ""
+    header, *rows = (tmp_path / "milling-limit-sensitivity.csv").read_text().splitlines()
+    table = dict(zip(header.split(","), np.array([row.split(",") for row in rows], dtype=float).T, strict=True))
+    found = np.isfinite(table["gain_m"])
+    assert found.any()
+    forces = table["dlnK_dln_tangential"] + table["dlnK_dln_normal"]
+    assert forces[found] == pytest.approx(-1, rel=1e-6)
+    assert np.isfinite(table["dlnK_dln_radial_immersion"][found]).all()
+    # ω ∝ f_n, φ² ∝ 1/m: at fixed damping b(m) ∝ m.
+    assert table["dlnK_dln_tool.mass"][found] == pytest.approx(1, rel=1e-6)
+
+
 def test_the_shell_computes_what_the_library_computes(tmp_path):
     arguments = ("--rpm", "6000:8000:3", "--gain", "1e-3:3e-3:3", "--teeth", "1", "--radial-immersion", "0.5")
     done = run("lobes", "milling", *arguments, "--direction", "down", "--nodes", "32", "--quiet", cwd=tmp_path)
@@ -105,6 +140,7 @@ def test_the_shell_computes_what_the_library_computes(tmp_path):
         (("lobes", "turning", "--radial", "0"), "radial = 0"),
         (("limit", "rub", "--gain", "5:1:10"), "gain = [5, "),
         (("limit", "milling", "--out", "no/such/x"), "out = "),
+        (("limit", "rub", "--sensitivity", "--exact", "--damping-ratio", "-0.1"), "damping_ratio = -0.1"),
         (("limit", "mathieu"), "mathieu"),
         (("lobes",), "rub"),
         (("wobble",), "wobble"),

@@ -11,9 +11,11 @@ if TYPE_CHECKING:
     from lobex.contact.casing import Casing
     from lobex.contact.laws import Cubic, Linear, Plastic, Power, Threshold
     from lobex.grids.sweep import SweepWarning, sweep
+    from lobex.limits.boundary import boundary
     from lobex.limits.critical import critical_gain
     from lobex.limits.exact_limit import exact_limit, exact_lobes
     from lobex.limits.receptance import Receptance
+    from lobex.limits.sensitivity import sensitivities
     from lobex.marches.delay import march_delay
     from lobex.marches.start import growing_history
     from lobex.marches.turning import simulate_turning
@@ -26,11 +28,14 @@ if TYPE_CHECKING:
     from lobex.processes.milling import Milling
     from lobex.processes.regenerative import Rub, Turning
     from lobex.processes.system import DelaySystem
+    from lobex.results.band import Band
+    from lobex.results.boundary import Boundary
     from lobex.results.chart import Chart
     from lobex.results.cut import Cut
     from lobex.results.limit import Limit
     from lobex.results.march import March
     from lobex.results.netcdf import load
+    from lobex.results.sensitivities import Sensitivities
     from lobex.results.spectrum_map import SpectrumMap, critical_speeds
     from lobex.results.wear_map import WearMap
     from lobex.structures.modes import Modes
@@ -40,6 +45,8 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOME = {
+    "Band": "results.band",
+    "Boundary": "results.boundary",
     "Casing": "contact.casing",
     "Chart": "results.chart",
     "Chebyshev": "operators.chebyshev",
@@ -60,11 +67,13 @@ _HOME = {
     "Rub": "processes.regenerative",
     "Scalar": "processes.canonical",
     "SemiDiscretization": "operators.semi_discretization",
+    "Sensitivities": "results.sensitivities",
     "SpectrumMap": "results.spectrum_map",
     "SweepWarning": "grids.sweep",
     "Threshold": "contact.laws",
     "Turning": "processes.regenerative",
     "WearMap": "results.wear_map",
+    "boundary": "limits.boundary",
     "campbell": "plots.campbell",
     "critical_gain": "limits.critical",
     "critical_speeds": "results.spectrum_map",
@@ -76,12 +85,15 @@ _HOME = {
     "march_wear": "marches.wear",
     "monodromy": "verbs",
     "multipliers": "verbs",
+    "sensitivities": "limits.sensitivity",
     "simulate_turning": "marches.turning",
     "spectral_radius": "verbs",
     "sweep": "grids.sweep",
 }
 
 __all__ = [
+    "Band",
+    "Boundary",
     "Casing",
     "Chart",
     "Chebyshev",
@@ -102,12 +114,14 @@ __all__ = [
     "Rub",
     "Scalar",
     "SemiDiscretization",
+    "Sensitivities",
     "SpectrumMap",
     "SweepWarning",
     "Threshold",
     "Turning",
     "WearMap",
     "__version__",
+    "boundary",
     "campbell",
     "critical_gain",
     "critical_speeds",
@@ -119,6 +133,7 @@ __all__ = [
     "march_wear",
     "monodromy",
     "multipliers",
+    "sensitivities",
     "simulate_turning",
     "spectral_radius",
     "sweep",

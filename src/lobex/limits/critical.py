@@ -15,7 +15,9 @@ from lobex.floquet.chatter import chatter_frequency
 from lobex.grids.evaluation import dominant_at_points, dominant_over_grid
 from lobex.grids.resolution import oddities
 from lobex.grids.sweep import SweepWarning
+from lobex.limits.batches import in_batches
 from lobex.limits.growth import Crossing, find_crossing, growth, growth_and_slope
+from lobex.limits.hidden import hidden_crossings
 from lobex.operators.operator import Method
 from lobex.processes.process import Process, check_gain, check_process, check_speed
 from lobex.results.description import describe
@@ -24,7 +26,6 @@ from lobex.verbs import DEFAULT_METHOD, check_method
 
 Array = Any
 
-_BATCH = 64
 _REFINEMENTS = 2
 _PARTS = 8
 # A polished limit leaves log max|μ| below this; a second multiplier is in a tie within the wider one.
@@ -168,7 +169,7 @@ def _refine(
     lane = np.repeat(np.arange(len(speeds)), len(gains))
     gain, value = np.tile(gains, len(speeds)), scanned.ravel()
     for _ in range(_REFINEMENTS):
-        cells = _suspects(lane, gain, value)
+        cells, _ = hidden_crossings(lane, gain, value)
         share = np.arange(1, _PARTS) / _PARTS
         more_lane = np.repeat(lane[cells], _PARTS - 1)
         more_gain = (gain[cells, None] + share * (gain[cells + 1] - gain[cells])[:, None]).ravel()
@@ -180,32 +181,19 @@ def _refine(
     return lane, gain, value
 
 
-def _suspects(lane: np.ndarray, gain: np.ndarray, value: np.ndarray) -> np.ndarray:
-    """Cells without a sign change over which the lines through the neighbouring cells meet across zero."""
-    cell = np.arange(1, len(lane) - 2)
-    cell = cell[lane[cell - 1] == lane[cell + 2]]
-    step = gain[cell + 1] - gain[cell]
-    left = (value[cell] - value[cell - 1]) / (gain[cell] - gain[cell - 1])
-    right = (value[cell + 2] - value[cell + 1]) / (gain[cell + 2] - gain[cell + 1])
-    sign = np.sign(value[cell])
-    with np.errstate(divide="ignore", invalid="ignore"):
-        meeting = (value[cell + 1] - value[cell] - right * step) / (left - right)
-        height = value[cell] + left * meeting
-    inside = (meeting > 0) & (meeting < step)
-    return cell[(sign == np.sign(value[cell + 1])) & inside & (sign * height < 0)]
-
-
 def _polish(
     process: Process, speeds: np.ndarray, low: np.ndarray, high: np.ndarray, ends: tuple, method: Method
 ) -> Crossing:
-    return Crossing(*_in_batches(_crossings, (process, method), (speeds, low, high, *ends), 4))
+    if not len(speeds):
+        return Crossing(*(np.empty(0) for _ in Crossing._fields))
+    return in_batches(_crossings, (process, method), (speeds, low, high, *ends))
 
 
 def _label(
     process: Process, speeds: np.ndarray, gains: np.ndarray, method: Method
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Chatter frequency, kind and whether it is a tie, at limits."""
-    frequency, kind, rival = _in_batches(_labels, (process, method), (speeds, gains), 3)
+    frequency, kind, rival = in_batches(_labels, (process, method), (speeds, gains))
     return frequency, kind, np.log(rival) > -_TIE
 
 
@@ -213,17 +201,6 @@ def _error(process: Process, speeds: np.ndarray, gains: np.ndarray, slope: np.nd
     """How far the limit moves on a finer discretisation: one Newton step there."""
     finer = np.abs(dominant_at_points(process, speeds, gains, method.finer()).multiplier)
     return np.abs(_log(finer) / slope)
-
-
-def _in_batches(function: Any, fixed: tuple, arrays: tuple, results: int) -> list[np.ndarray]:
-    total = len(arrays[0])
-    out = [np.full(total, np.nan) for _ in range(results)]
-    for start in range(0, total, _BATCH):
-        index = np.arange(start, min(start + _BATCH, total))
-        padded = np.resize(index, _BATCH)
-        for target, part in zip(out, function(*fixed, *(a[padded] for a in arrays)), strict=True):
-            target[index] = np.asarray(part)[: len(index)]
-    return out
 
 
 @jax.jit

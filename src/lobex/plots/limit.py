@@ -16,16 +16,20 @@ if TYPE_CHECKING:
     from lobex.results.limit import Limit
 
 # Distinct in grey and by marker as well as by colour.
-_LOOK = {
-    Kind.HOPF: ("#12436d", "o", "Hopf (complex pair)"),
-    Kind.FLIP: ("#c8500a", "s", "flip (μ = −1)"),
-    Kind.FOLD: ("#5d8a3a", "^", "fold (μ = +1)"),
-}
+COLOUR = {Kind.HOPF: "#12436d", Kind.FLIP: "#c8500a", Kind.FOLD: "#5d8a3a"}
+NAME = {Kind.HOPF: "Hopf (complex pair)", Kind.FLIP: "flip (μ = −1)", Kind.FOLD: "fold (μ = +1)"}
+_MARKER = {Kind.HOPF: "o", Kind.FLIP: "s", Kind.FOLD: "^"}
 _STABLE = "#d6e6f2"
+_BAND = "#e0a458"
 
 
-def plot_limit(limit: "Limit", speed_unit: str | None) -> "Figure":
-    """Draw the limit, its stable intervals, its kinds and lobes, and the chatter frequencies."""
+def plot_limit(
+    limit: "Limit", speed_unit: str | None, band: tuple[np.ndarray, np.ndarray, str] | None = None
+) -> "Figure":
+    """Draw the limit, its stable intervals, its kinds and lobes, and the chatter frequencies.
+
+    ``band`` is a lower and an upper gain per speed to shade between, and its name in the legend.
+    """
     scale, label = speed_axis(limit.speed_unit if speed_unit is None else speed_unit)
     order = np.argsort(limit.speed)
     speed, gain = limit.speed[order] * scale, limit.gain[order] / limit.quantity.scale
@@ -33,21 +37,25 @@ def plot_limit(limit: "Limit", speed_unit: str | None) -> "Figure":
         2, 1, figsize=(7.0, 5.6), sharex=True, layout="constrained", height_ratios=(2.2, 1)
     )
     _shade(upper, speed, limit.intervals[order] / limit.quantity.scale)
+    if band is not None:
+        low, high = (edge[order] / limit.quantity.scale for edge in band[:2])
+        upper.fill_between(speed, low, high, color=_BAND, alpha=0.75, linewidth=0, label=band[2])
     kinds = np.asarray(limit.kind_code)[order]
     joined = _broken(limit.lobe[order], kinds)
     upper.plot(speed, gain, color="0.25", linewidth=0.8)
-    for kind, (colour, marker, name) in _LOOK.items():
+    for kind, name in NAME.items():
         here = kinds == kind
         if here.any():
             size = 3.0 if here.sum() < 120 else 1.6
-            style = {"color": colour, "marker": marker, "markersize": size, "linestyle": "none"}
+            style = {"color": COLOUR[kind], "marker": _MARKER[kind], "markersize": size, "linestyle": "none"}
             upper.plot(speed[here], gain[here], label=name, **style)
             lower.plot(speed[here], limit.chatter_frequency[order][here], **style)
     for start, stop in joined:
         part = np.s_[start:stop]
         lower.plot(speed[part], limit.chatter_frequency[order][part], color="0.25", linewidth=0.6)
     _number_lobes(upper, speed, gain, limit.lobe[order])
-    top = np.nanmax(gain) if np.isfinite(gain).any() else limit.bounds[1] / limit.quantity.scale
+    highest = gain if band is None else band[1] / limit.quantity.scale
+    top = np.nanmax(highest) if np.isfinite(gain).any() else limit.bounds[1] / limit.quantity.scale
     upper.set_ylim(limit.bounds[0] / limit.quantity.scale, min(limit.bounds[1] / limit.quantity.scale, 1.08 * top))
     if len(speed) > 1:
         upper.set_xlim(speed[0], speed[-1])

@@ -1,6 +1,7 @@
 """The result of a search for the stability limit."""
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any
@@ -13,6 +14,8 @@ from lobex.results.description import in_words
 if TYPE_CHECKING:
     import xarray
     from matplotlib.figure import Figure
+
+    from lobex.results.band import Band
 
 Array = Any
 
@@ -123,6 +126,25 @@ class Limit:
                 worst = np.nanmax(np.asarray(self.error) / np.abs(gain))
                 lines.insert(4, f"  estimated error  {worst:.1e} relative, at most")
         return "\n".join(lines)
+
+    def band(self, relative_standard_deviation: Mapping[str, float]) -> "Band":
+        """The first-order uncertainty of the limit for uncertain numbers of its process.
+
+        σ²(ln K) = Σ (d ln K/d ln p · σ_p/p)² over independent numbers p, which are named as in
+        ``lobex.sensitivities``: "tangential", "modes.damping_ratio[0]". A name without index stands for
+        each of its numbers, every mode and every entry of a shape independent of the others. For numbers
+        that vary together, or that the process was made from, take ``lobex.sensitivities(function, …, at=…).band``.
+
+        Args:
+            relative_standard_deviation: σ_p/p by name, such as ``{"modes.damping_ratio": 0.1}``.
+
+        Raises:
+            ValueError: for unknown names, negative standard deviations, and a limit that does not tell its process
+                (found under ``jit`` or ``grad``, or of a class that is not lobex's own).
+        """
+        from lobex.limits.sensitivity import sensitivities_of
+
+        return sensitivities_of(self).band(relative_standard_deviation)
 
     def plot(self, speed_unit: str | None = None) -> "Figure":
         """The limit with its stable region, kinds and lobe numbers, over the chatter frequencies."""

@@ -12,16 +12,20 @@ import xarray
 
 from lobex import _checks
 from lobex.processes.quantity import Quantity
+from lobex.results.boundary import FORM as BOUNDARY
+from lobex.results.boundary import Boundary, boundary_from
 from lobex.results.chart import Chart
 from lobex.results.cut import Cut
 from lobex.results.limit import Kind, Limit, Status
 from lobex.results.march import March
 from lobex.results.march_file import CUT, MARCH, read_cut, read_march
+from lobex.results.sensitivities import FORM as SENSITIVITIES
+from lobex.results.sensitivities import Sensitivities, sensitivities_from
 from lobex.results.spectrum_map import SpectrumMap
 from lobex.results.wear_file import SPECTRUM, WEAR_MAP, read_spectrum, read_wear_map
 from lobex.results.wear_map import WearMap
 
-Result = Chart | Limit | WearMap | SpectrumMap | March | Cut
+Result = Chart | Limit | Sensitivities | Boundary | WearMap | SpectrumMap | March | Cut
 
 _CHART = "lobex chart 2"
 _LIMIT = "lobex limit 1"
@@ -117,6 +121,8 @@ def load(path: str | os.PathLike[str]) -> Result:
         _LIMIT: _read_limit,
         WEAR_MAP: read_wear_map,
         SPECTRUM: read_spectrum,
+        BOUNDARY: boundary_from,
+        SENSITIVITIES: lambda dataset: sensitivities_from(dataset, _read_limit(dataset)),
         MARCH: read_march,
         CUT: read_cut,
     }

@@ -212,6 +212,9 @@ class LimitRub(Rub):
     exact: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
     """In closed form (D-subdivision), at every gain; --gain and the discretization are not used then."""
 
+    sensitivity: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    """Also d ln limit / d ln p for every number p given here: to PATH-sensitivity.csv and .png, and into PATH.nc."""
+
     name: ClassVar[str] = "rub-limit"
 
 
@@ -224,6 +227,9 @@ class LimitMilling(Milling):
 
     gain: Range = "0:5e-3:65"
     """Smallest and largest depth of cut b, m, and how many depths the scan between them takes."""
+
+    sensitivity: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    """Also d ln limit / d ln p for every number p given here: to PATH-sensitivity.csv and .png, and into PATH.nc."""
 
     name: ClassVar[str] = "milling-limit"
 
@@ -240,6 +246,9 @@ class LimitTurning(Turning):
 
     exact: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
     """In closed form (D-subdivision), at every gain; --gain and the discretization are not used then."""
+
+    sensitivity: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
+    """Also d ln limit / d ln p for every number p given here: to PATH-sensitivity.csv and .png, and into PATH.nc."""
 
     name: ClassVar[str] = "turning-limit"
 

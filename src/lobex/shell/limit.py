@@ -1,7 +1,8 @@
 """``lobex limit``: the stability limit over speeds as a file, a table, a picture and a summary."""
 
+import dataclasses
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -9,14 +10,18 @@ from lobex.shell import arguments
 from lobex.shell.models import check_discretization, method_of, output_files, process_of, speeds_and_gains
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from lobex.results.limit import Limit
+    from lobex.results.sensitivities import Sensitivities
 
 
 def run_limit(command: arguments.Limit) -> None:
-    """Check everything, search, then write PATH.nc, PATH.csv and PATH.png."""
+    """Check everything, search, then write PATH.nc, PATH.csv and PATH.png, and the same of sensitivities."""
     flags = command.process
     speed, gain = speeds_and_gains(flags)
-    files = output_files(flags, (".nc", ".csv", ".png"))
+    endings = (".nc", ".csv", ".png", *(("-sensitivity.csv", "-sensitivity.png") if flags.sensitivity else ()))
+    files = output_files(flags, endings)
     check_discretization(flags.discretization)
 
     # JAX is slow to import: only now.
@@ -25,17 +30,45 @@ def run_limit(command: arguments.Limit) -> None:
     prepare_jax()
     import lobex
 
-    method, process = method_of(flags.discretization), process_of(flags)
-    if getattr(flags, "exact", False):
-        limit = lobex.exact_limit(process, speed)
+    method, exact, shown = method_of(flags.discretization), getattr(flags, "exact", False), not flags.output.quiet
+    bounds = None if exact else (gain[0], gain[-1])
+    result = None
+    if flags.sensitivity:
+        # The process itself first: what is wrong with a flag is said of the flag.
+        process_of(flags)
+        numbers, build = _numbers_of(flags)
+        result = lobex.sensitivities(build, speed, bounds, method, at=numbers, scan=len(gain), progress=shown)
+        limit = result.limit
+    elif bounds is None:
+        limit = lobex.exact_limit(process_of(flags), speed)
     else:
-        bounds, shown = (gain[0], gain[-1]), not flags.output.quiet
-        limit = lobex.critical_gain(process, speed, bounds, method, scan=len(gain), progress=shown)
-    limit.save(files[0])
+        limit = lobex.critical_gain(process_of(flags), speed, bounds, method, scan=len(gain), progress=shown)
+    (limit if result is None else result).save(files[0])
     _write_table(limit, files[1])
-    _draw(limit, files[2])
-    if not flags.output.quiet:
-        print(f"{limit!r}\n  written          {', '.join(map(str, files))}")
+    _draw(limit.plot, files[2])
+    if result is not None:
+        _write_sensitivities(result, files[3])
+        _draw(lambda: result.plot().get_figure(root=True), files[4])
+    if shown:
+        print(limit if result is None else f"{limit}\n{result}")
+        print(f"  written          {', '.join(map(str, files))}")
+
+
+def _numbers_of(flags: Any) -> tuple[dict[str, float], Any]:
+    """The flags that are numbers of the model, by name, and the process as a function of them."""
+    names = [f.name for f in dataclasses.fields(flags) if isinstance(getattr(flags, f.name), float)]
+    tool = getattr(flags, "tool", None)
+    parts = [] if tool is None else [f.name for f in dataclasses.fields(tool)]
+    numbers = {name: getattr(flags, name) for name in names}
+    numbers |= {f"tool.{name}": getattr(tool, name) for name in parts}
+
+    def build(numbers: dict[str, Any]) -> Any:
+        changes = {name: numbers[name] for name in names}
+        if tool is not None:
+            changes["tool"] = dataclasses.replace(tool, **{name: numbers[f"tool.{name}"] for name in parts})
+        return process_of(dataclasses.replace(flags, **changes))
+
+    return numbers, build
 
 
 def _write_table(limit: "Limit", path: Path) -> None:
@@ -47,12 +80,21 @@ def _write_table(limit: "Limit", path: Path) -> None:
     path.write_text("\n".join(rows) + "\n")
 
 
-def _draw(limit: "Limit", path: Path) -> None:
+def _write_sensitivities(result: "Sensitivities", path: Path) -> None:
+    """One row per speed, one column per number: d ln K / d ln p."""
+    limit = result.limit
+    columns = ("speed_Hz", f"gain_{limit.quantity.unit}", *(f"dlnK_dln_{name}" for name in result.names))
+    table = np.column_stack([limit.speed, limit.gain, result.logarithmic])
+    rows = [",".join(columns), *(",".join(f"{v:.12g}" for v in row) for row in table)]
+    path.write_text("\n".join(rows) + "\n")
+
+
+def _draw(plot: Any, path: Path) -> None:
     import matplotlib
 
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    figure = limit.plot()
+    figure: Figure = plot()
     figure.savefig(path, dpi=150)
     plt.close(figure)

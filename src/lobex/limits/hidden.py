@@ -1,0 +1,28 @@
+"""Pairs of sign changes between two samples, which only the slopes beside them give away."""
+
+import numpy as np
+
+
+def hidden_crossings(lane: np.ndarray, place: np.ndarray, value: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Cells without a sign change over which the lines through the neighbouring cells meet across zero.
+
+    Args:
+        lane: which row of samples each belongs to, in order, (p,).
+        place: where it is, increasing within a lane, (p,).
+        value: the function there, (p,).
+
+    Returns:
+        The first sample of each such cell, and the place where the lines meet, each (c,).
+    """
+    cell = np.arange(1, len(lane) - 2)
+    cell = cell[lane[cell - 1] == lane[cell + 2]]
+    step = place[cell + 1] - place[cell]
+    left = (value[cell] - value[cell - 1]) / (place[cell] - place[cell - 1])
+    right = (value[cell + 2] - value[cell + 1]) / (place[cell + 2] - place[cell + 1])
+    sign = np.sign(value[cell])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        meeting = (value[cell + 1] - value[cell] - right * step) / (left - right)
+        height = value[cell] + left * meeting
+    inside = (meeting > 0) & (meeting < step)
+    there = (sign == np.sign(value[cell + 1])) & inside & (sign * height < 0)
+    return cell[there], place[cell[there]] + meeting[there]

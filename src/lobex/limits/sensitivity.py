@@ -1,0 +1,159 @@
+"""Sensitivities of the stability limit: how it moves with every number of the model, at limits already found."""
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from lobex import _checks
+from lobex.limits.batches import in_batches
+from lobex.limits.critical import critical_gain
+from lobex.limits.exact_limit import exact_limit
+from lobex.limits.growth import growth
+from lobex.limits.parameters import number_names, number_values
+from lobex.operators.operator import Method
+from lobex.processes.process import Process, check_process
+from lobex.results.limit import Limit
+from lobex.results.rebuild import rebuild
+from lobex.results.sensitivities import Sensitivities
+from lobex.verbs import DEFAULT_METHOD
+
+Array = Any
+Builder = Callable[[Any], Process]
+
+_CLOSED_FORM = "DSubdivision"
+
+
+def sensitivities(
+    process: Process | Builder,
+    speed: Any,
+    bounds: tuple[Any, Any] | None = None,
+    method: Method = DEFAULT_METHOD,
+    *,
+    at: Mapping[str, Any] | None = None,
+    scan: int = 65,
+    progress: bool = False,
+) -> Sensitivities:
+    """How much the stability limit moves with each number of the model: d ln K / d ln p, per speed.
+
+    The limit K is found first: in closed form (``exact_limit``), or, with ``bounds``, by ``critical_gain``. The
+    derivative is that of the implicit function theorem at the limit found, dK/dp = −(∂F/∂p)/(∂F/∂K) with
+    F = log max|μ|, or with the phase condition of D-subdivision in F's place: one reverse-mode gradient per
+    speed gives it for all numbers at once, and nothing is traced through the search.
+
+    The numbers are those of the process, named by their path, such as "modes.damping_ratio[0]", and "speed".
+    For numbers that the process is made from, give the function that makes it and the numbers ``at`` which::
+
+        lobex.sensitivities(
+            lambda p: lobex.Rub(lobex.Rod(young_modulus=p["E"]).modes(p["damping_ratio"])),
+            speed,
+            at={"E": 210e7, "damping_ratio": 0.03},
+        )
+
+    Args:
+        process: a process or, with ``at``, a function of a dictionary of numbers that makes one in pure JAX.
+        speed: speeds, Hz (revolutions per second), (n,) or one number.
+        bounds: lowest and highest gain of a search, as ``critical_gain`` takes them; None for ``exact_limit``.
+        method: ``Chebyshev(…)`` or ``SemiDiscretization(…)``, used with ``bounds``.
+        at: numbers or arrays of numbers by name, handed to the function ``process``.
+        scan: number of gains in the scan, used with ``bounds``.
+        progress: show a progress bar on standard error.
+
+    Returns:
+        ``Sensitivities``, with the ``Limit`` in it. NaN where there is no limit; at a status of "tie" (a cusp
+        between lobes) they are those of one side.
+
+    Raises:
+        ValueError: as ``exact_limit`` and ``critical_gain`` do, for a function without ``at`` or the other way
+            round, and for a measured ``Receptance``, whose samples are no parameters.
+    """
+    if at is None:
+        parameters, build = process, _itself
+        check_process(process)
+    else:
+        if hasattr(process, "system") or not callable(process):
+            raise ValueError(f"process = {_checks.brief(process)}: with at, give a function of its numbers")
+        parameters, build = _numbers(at), process
+        with jax.enable_x64(True):
+            process = build(parameters)
+        check_process(process)
+    _refuse_measurements(process)
+    model: Any = process
+    if bounds is None:
+        limit = exact_limit(model, speed)
+    else:
+        limit = critical_gain(model, speed, bounds, method, scan=scan, progress=progress)
+    return at_limit(limit, build, parameters, None if bounds is None else method)
+
+
+def sensitivities_of(limit: Limit) -> Sensitivities:
+    """The sensitivities of a limit to the numbers of its process, which is made again from its description.
+
+    Raises:
+        ValueError: for a limit whose process is not one of lobex's own, or was traced.
+    """
+    process = rebuild(limit.process)
+    _refuse_measurements(process)
+    closed = limit.method["type"] == _CLOSED_FORM
+    return at_limit(limit, _itself, process, None if closed else rebuild(limit.method))
+
+
+def at_limit(limit: Limit, build: Builder, parameters: Any, method: Method | None) -> Sensitivities:
+    """The sensitivities at limits already found: in closed form, or with the method that found them."""
+    found = np.flatnonzero(np.isfinite(limit.gain))
+    names = (*number_names(parameters), "speed")
+    speed, gain = limit.speed[found], np.asarray(limit.gain)[found]
+    values = np.tile(np.r_[number_values(parameters), 0.0], (len(limit.speed), 1))
+    values[:, -1] = limit.speed
+    derivative = np.full((len(limit.speed), len(names)), np.nan)
+    with jax.enable_x64(True):
+        wide = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=np.float64), parameters)
+        if found.size and method is None:
+            derivative[found] = in_batches(_closed_form, (build, wide), (speed,))
+        elif found.size:
+            derivative[found] = in_batches(_by_growth, (build, wide, method), (speed, gain))
+    return Sensitivities(names=names, value=values, derivative=derivative, limit=limit)
+
+
+def _itself(process: Any) -> Any:
+    return process
+
+
+@partial(jax.jit, static_argnums=0)
+def _closed_form(build: Builder, parameters: Any, speed: Array) -> Array:
+    def gain(parameters: Any, speed: Array) -> Array:
+        return exact_limit(build(parameters), speed).gain[0]
+
+    by_all = jax.vmap(jax.grad(gain, argnums=(0, 1)), in_axes=(None, 0))
+    return _in_rows(by_all(parameters, speed))
+
+
+@partial(jax.jit, static_argnums=0)
+def _by_growth(build: Builder, parameters: Any, method: Method, speed: Array, gain: Array) -> Array:
+    def value(parameters: Any, speed: Array, gain: Array) -> Array:
+        return growth(build(parameters), method, speed, gain)
+
+    *others, by_gain = jax.vmap(jax.grad(value, argnums=(0, 1, 2)), in_axes=(None, 0, 0))(parameters, speed, gain)
+    return -_in_rows(others) / by_gain[:, None]
+
+
+def _in_rows(gradients: Any) -> Array:
+    """Gradients per point, their numbers in one row each, (n, p)."""
+    leaves = jax.tree.leaves(gradients)
+    return jnp.concatenate([leaf.reshape(leaf.shape[0], -1) for leaf in leaves], axis=1)
+
+
+def _numbers(at: Any) -> dict[str, Any]:
+    if not isinstance(at, Mapping) or not at:
+        raise ValueError(f"at = {_checks.brief(at)} must be a dictionary of one or more numbers by name")
+    for name, value in at.items():
+        _checks.as_numbers(f"at[{name!r}]", value)
+    return {name: np.asarray(value, dtype=np.float64) for name, value in at.items()}
+
+
+def _refuse_measurements(process: Any) -> None:
+    if hasattr(getattr(process, "modes", None), "response"):
+        raise ValueError("process carries a measured Receptance, whose samples are no parameters; give lobex.Modes")

@@ -1,0 +1,189 @@
+"""The stability boundary as curves in the plane of speed and gain."""
+
+import json
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lobex.processes.quantity import Quantity
+from lobex.results.description import in_words
+from lobex.results.limit import Kind
+
+if TYPE_CHECKING:
+    import xarray
+    from matplotlib.axes import Axes
+
+FORM = "lobex boundary 1"
+
+
+@dataclass(frozen=True, eq=False)
+class BoundaryCurve:
+    """One connected piece of the boundary, with the unstable side on the left of its direction of travel.
+
+    Attributes:
+        speed: (k,), Hz.
+        gain: (k,).
+        chatter_frequency: (k,), Hz.
+        kind_code: members of ``Kind``, (k,).
+        closed: whether it comes back to its first vertex, which is then also its last; else it ends at the
+            border of the map.
+    """
+
+    speed: np.ndarray
+    gain: np.ndarray
+    chatter_frequency: np.ndarray
+    kind_code: np.ndarray
+    closed: bool
+
+    @property
+    def kind(self) -> np.ndarray:
+        """ "hopf", "flip" or "fold", (k,)."""
+        return np.array([Kind(code).words for code in self.kind_code], dtype=str)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Boundary:
+    """The curves max|μ| = 1 within a rectangle of speeds and gains.
+
+    What is not missed: every curve that separates two points of the map that it was traced from, and every pair of
+    crossings between two grid points that the slopes beside them give away. A map whose ``waves_per_cell`` is
+    1/4 or less has four columns or more in every lobe of the fastest mode that can chatter. An island that
+    lies within one cell, without a sign in the slopes around it, is missed: trace from a finer map.
+
+    Attributes:
+        curves: ``BoundaryCurve``s, longest first.
+        residual: largest |log max|μ|| at a vertex, each looked at once more after polishing.
+        dropped: vertices that could not be polished to 1e-8, and were left out.
+        unresolved: chords in whose middle no curve to lead along was found: they cut a sharp corner between two
+            multipliers, or join two curves that meet within one cell of the map.
+        waves_per_cell: the largest part of a lobe, of the fastest mode that can chatter, between two speeds.
+        fastest_frequency: natural frequency of that mode, Hz.
+        bounds: lowest and highest speed (Hz), lowest and highest gain.
+        quantity: what the gain is.
+        speed_unit: "Hz" or "rpm", for axes.
+        process, method: the model and the method, as plain dictionaries.
+        seconds: wall time, compiling and the map included.
+    """
+
+    curves: tuple[BoundaryCurve, ...]
+    residual: float
+    dropped: int
+    unresolved: int
+    waves_per_cell: float
+    fastest_frequency: float
+    bounds: tuple[float, float, float, float]
+    quantity: Quantity
+    speed_unit: str
+    process: dict[str, Any]
+    method: dict[str, Any]
+    seconds: float
+
+    def __iter__(self) -> Iterator[BoundaryCurve]:
+        return iter(self.curves)
+
+    def __len__(self) -> int:
+        return len(self.curves)
+
+    def __repr__(self) -> str:
+        closed = sum(c.closed for c in self.curves)
+        lines = [
+            f"Boundary of {self.process['type']}: {len(self)} curves, {closed} of them closed, "
+            f"{sum(len(c.speed) for c in self)} vertices",
+            f"  speed            {self.bounds[0]:.6g} to {self.bounds[1]:.6g} Hz",
+            f"  gain             {self.bounds[2]:.6g} to {self.bounds[3]:.6g} {self.quantity.unit}"
+            f" ({self.quantity.name} {self.quantity.symbol})",
+            f"  residual         |log max|μ|| ≤ {self.residual:.1e}, {self.dropped} vertices dropped, "
+            f"{self.unresolved} chords unresolved",
+            f"  resolution       {self.waves_per_cell:.3g} waves per cell of the mode at "
+            f"{self.fastest_frequency:.6g} Hz",
+            f"  method           {in_words(self.method)}",
+            f"  wall time        {self.seconds:.2f} s",
+        ]
+        return "\n".join(lines)
+
+    def plot(self, ax: "Axes | None" = None, speed_unit: str | None = None) -> "Axes":
+        """The curves, their kinds by colour and dash, with ticks on the unstable side; returns the axes."""
+        from lobex.plots.boundary import plot_boundary
+
+        return plot_boundary(self, ax, speed_unit)
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """All vertices, one curve after the other, with the number of each one's curve: a labelled dataset."""
+        import xarray
+
+        unit = self.quantity.unit
+        number = [np.full(len(c.speed), i, dtype=np.int32) for i, c in enumerate(self)]
+        meanings = " ".join(kind.name.lower() for kind in Kind)
+        kinds = {"flag_values": np.array(list(Kind), dtype=np.int8), "flag_meanings": meanings}
+        vertex: dict[str, tuple[list[np.ndarray], type, dict[str, Any]]] = {
+            "speed": ([c.speed for c in self], float, {"long_name": "rotational frequency", "units": "Hz"}),
+            "gain": ([c.gain for c in self], float, {"long_name": self.quantity.name, "units": unit}),
+            "chatter_frequency": (
+                [c.chatter_frequency for c in self],
+                float,
+                {"long_name": "chatter frequency", "units": "Hz"},
+            ),
+            "kind": (
+                [c.kind_code for c in self],
+                np.int8,
+                {"long_name": "how the dominant multiplier leaves the unit circle", **kinds},
+            ),
+            "curve": (number, np.int32, {"long_name": "number of the curve"}),
+        }
+        return xarray.Dataset(
+            data_vars={
+                **{
+                    n: ("vertex", np.concatenate([*parts, np.empty(0)]).astype(d), a)
+                    for n, (parts, d, a) in vertex.items()
+                },
+                "closed": ("curve_number", np.array([c.closed for c in self], dtype=np.int8)),
+            },
+            attrs={
+                "format": FORM,
+                "residual": self.residual,
+                "dropped": self.dropped,
+                "unresolved": self.unresolved,
+                "waves_per_cell": self.waves_per_cell,
+                "fastest_frequency": self.fastest_frequency,
+                "bounds": np.asarray(self.bounds, dtype=float),
+                "quantity": json.dumps(self.quantity._asdict(), ensure_ascii=False),
+                "speed_unit": self.speed_unit,
+                "process": json.dumps(self.process, ensure_ascii=False),
+                "method": json.dumps(self.method, ensure_ascii=False),
+                "seconds": self.seconds,
+            },
+        )
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the curves to a NetCDF-4 file, which ``lobex.load`` reads back; all at once or not at all."""
+        from lobex.results.netcdf import save_dataset
+
+        save_dataset(self.to_xarray(), path)
+
+
+def boundary_from(dataset: "xarray.Dataset") -> Boundary:
+    """The boundary that ``to_xarray`` made."""
+    attributes = dataset.attrs
+    arrays = {n: dataset[n].to_numpy() for n in ("speed", "gain", "chatter_frequency", "kind", "curve")}
+    curves = []
+    for i, closed in enumerate(dataset["closed"].to_numpy()):
+        speed, gain, frequency, kind = (arrays[n][arrays["curve"] == i] for n in list(arrays)[:4])
+        curves.append(BoundaryCurve(speed, gain, frequency, kind, bool(closed)))
+    slowest, fastest, low, high = np.asarray(attributes["bounds"], dtype=float).tolist()
+    return Boundary(
+        curves=tuple(curves),
+        residual=float(attributes["residual"]),
+        dropped=int(attributes["dropped"]),
+        unresolved=int(attributes["unresolved"]),
+        waves_per_cell=float(attributes["waves_per_cell"]),
+        fastest_frequency=float(attributes["fastest_frequency"]),
+        bounds=(slowest, fastest, low, high),
+        quantity=Quantity(**json.loads(attributes["quantity"])),
+        speed_unit=str(attributes["speed_unit"]),
+        process=json.loads(attributes["process"]),
+        method=json.loads(attributes["method"]),
+        seconds=float(attributes["seconds"]),
+    )

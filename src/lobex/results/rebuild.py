@@ -1,0 +1,32 @@
+"""The model that a result's description stands for: a saved result knows enough to be worked on further."""
+
+import inspect
+from typing import Any
+
+import numpy as np
+
+
+def rebuild(description: Any) -> Any:
+    """The process, method or structure that ``describe`` described, its numbers as float64 arrays.
+
+    Raises:
+        ValueError: for a class that is not one of lobex's own, which only its author can make again.
+    """
+    if isinstance(description, list):
+        numeric = all(isinstance(v, int | float | list) for v in description)
+        return np.asarray(description, dtype=np.float64) if numeric else [rebuild(v) for v in description]
+    if not isinstance(description, dict):
+        return description
+    import lobex
+
+    name = description["type"]
+    fields = {key: rebuild(value) for key, value in description.items() if key != "type"}
+    if name == "Complex":
+        return fields["real"] + 1j * fields["imag"]
+    made = getattr(lobex, name, None) if name in lobex.__all__ else None
+    if not inspect.isclass(made) or not fields:
+        raise ValueError(
+            f"the result describes {name!r}, which cannot be made again from a description; "
+            "call the verb with the process itself"
+        )
+    return made(**fields)
