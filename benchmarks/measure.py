@@ -45,7 +45,7 @@ GRIDS = {
     ),
 }
 SAMPLE = 64
-OWN = {lobex.Rub: (lobex.Duhamel(),), lobex.Milling: (lobex.Duhamel(),)}
+OWN = {lobex.Rub: (lobex.CharacteristicRoots(), lobex.Duhamel()), lobex.Milling: (lobex.Duhamel(),)}
 
 
 def seconds(function: Callable[[], object]) -> float:

@@ -83,7 +83,7 @@ def test_forty_nodes_meet_every_case(case):
     ids=["rub", "milling", "mathieu"],
 )
 def test_chosen_nodes_keep_the_tolerance_and_the_estimate_bounds_the_error(process, speeds, gains):
-    chart = lobex.sweep(process, speeds, gains)
+    chart = lobex.sweep(process, speeds, gains, lobex.Duhamel())
     exact = lobex.spectral_radius(process, speeds[:, None], gains, lobex.Chebyshev(90))
     error = np.abs(chart.spectral_radius / exact - 1)
     assert np.nanmax(chart.error) <= 1e-8
@@ -98,7 +98,7 @@ def test_nodes_follow_every_mode_that_might_dominate():
     # show nothing of it: at 150 Hz and 0.68 MN/m 42 nodes give 1.071, and the truth is 1.083.
     process = rub(5, 0.001)
     speeds, gains = np.linspace(50, 400, 8), np.linspace(4.5e4, 4.5e6, 8)
-    chart = lobex.sweep(process, speeds, gains)
+    chart = lobex.sweep(process, speeds, gains, lobex.Duhamel())
     exact = lobex.spectral_radius(process, speeds[:, None], gains, lobex.Chebyshev(100))
     assert chart.spectral_radius == pytest.approx(exact, rel=1e-8)
     blind = lobex.sweep(process, [150.0], [gains[1]], lobex.Duhamel(nodes=42))
@@ -122,8 +122,8 @@ def test_multipliers_do_not_change_with_the_units_of_the_shapes():
     modes = ROD.modes
     scaled = lobex.Modes(modes.angular_frequency, modes.damping_ratio, 1e3 * np.asarray(modes.shape))
     speeds, gains = np.array([80.0, 200.0, 310.0]), np.array([1e5, 1e6, 4e6])
-    one = lobex.sweep(ROD, speeds, gains)
-    other = lobex.sweep(lobex.Rub(scaled), speeds, gains * 1e-6)
+    one = lobex.sweep(ROD, speeds, gains, lobex.Duhamel())
+    other = lobex.sweep(lobex.Rub(scaled), speeds, gains * 1e-6, lobex.Duhamel())
     assert other.spectral_radius == pytest.approx(one.spectral_radius, rel=1e-11)
     assert other.error == pytest.approx(one.error, rel=1e-2, abs=1e-14)
 
@@ -164,6 +164,6 @@ def test_rub_with_other_modes_than_five():
     # One mode and ten: the estimate must hold where stiff modes hardly matter, and where there are none.
     for process in (rub(1), rub(10, 0.01)):
         speeds, gains = np.array([60.0, 150.0, 380.0]), np.array([2e5, 2e6])
-        chart = lobex.sweep(process, speeds, gains)
+        chart = lobex.sweep(process, speeds, gains, lobex.Duhamel())
         exact = lobex.spectral_radius(process, speeds[:, None], gains, lobex.Duhamel(nodes=80))
         assert chart.spectral_radius == pytest.approx(exact, rel=1e-8)

@@ -8,6 +8,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from lobex.characteristic.method import CharacteristicRoots
     from lobex.contact.casing import Casing
     from lobex.contact.laws import Cubic, Linear, Plastic, Power, Threshold
     from lobex.grids.sweep import SweepWarning, sweep
@@ -48,6 +49,7 @@ _HOME = {
     "Band": "results.band",
     "Boundary": "results.boundary",
     "Casing": "contact.casing",
+    "CharacteristicRoots": "characteristic.method",
     "Chart": "results.chart",
     "Chebyshev": "operators.chebyshev",
     "Cubic": "contact.laws",
@@ -95,6 +97,7 @@ __all__ = [
     "Band",
     "Boundary",
     "Casing",
+    "CharacteristicRoots",
     "Chart",
     "Chebyshev",
     "Cubic",

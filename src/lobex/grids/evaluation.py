@@ -9,6 +9,7 @@ import numpy as np
 from tqdm import tqdm
 
 from lobex._broadcast import over_points
+from lobex.characteristic.method import CharacteristicRoots
 from lobex.floquet import dense, power
 from lobex.floquet.chatter import chatter_frequency
 from lobex.grids.dominant import Dominant
@@ -29,9 +30,11 @@ _EFFORTS = (8, 16, 0)
 
 
 def dominant_over_grid(
-    process: Process, speeds: np.ndarray, gains: np.ndarray, method: Method, progress: bool
+    process: Process, speeds: np.ndarray, gains: np.ndarray, method: Method | CharacteristicRoots, progress: bool
 ) -> Dominant:
     """Over the grid of speeds (n,) and gains (m,), shape (n, m); call in the scope of float64."""
+    if isinstance(method, CharacteristicRoots):
+        return _by_roots(process, speeds, gains, method)
     if isinstance(method, Duhamel):
         return refined_over_grid(process, speeds, gains, method, progress)
     rows, columns = _chunk_shape(process, method, speeds, gains)
@@ -51,6 +54,17 @@ def dominant_over_grid(
     again = _at_points(process, speeds[doubtful[0]], gains[doubtful[1]], method, _EFFORTS[1:])
     multiplier[doubtful], frequency[doubtful] = again.multiplier, again.frequency
     return Dominant(multiplier, frequency, np.full(shape, np.nan), again.dense_points)
+
+
+def _by_roots(process: Process, speeds: np.ndarray, gains: np.ndarray, method: CharacteristicRoots) -> Dominant:
+    """By characteristic roots, which have no error of discretisation, and what they leave open by an operator."""
+    multiplier, frequency, settled = method.over_grid(process, speeds, gains)
+    error = np.zeros(settled.shape)
+    left = np.nonzero(~settled)
+    again = refined_at_points(process, speeds[left[0]], gains[left[1]], Duhamel())
+    for target, result in zip((multiplier, frequency, error), again[:3], strict=True):
+        target[left] = result
+    return Dominant(multiplier, frequency, error, len(left[0]))
 
 
 def dominant_at_points(process: Process, speeds: np.ndarray, gains: np.ndarray, method: Method) -> Dominant:

@@ -94,9 +94,10 @@ class _Refinement:
         if len(self.sizes) == 1:
             return np.zeros(len(speeds), dtype=int)
         system = self.process.system(speeds[0], 0.0)
-        turning = np.min(np.max(np.abs(np.linalg.eigvals(np.asarray(system.blocks))), axis=-1))
+        blocks = np.asarray(system.blocks)
+        turning = np.nan_to_num(np.min(np.linalg.norm(blocks, axis=(1, 2))) / np.sqrt(blocks.shape[1]))
         widest = max(float(piece.length) for piece in system.feedback.pieces() if piece.idle is not True)
-        turns = float(turning * np.asarray(system.delay)) * widest * speeds[0] / speeds
+        turns = turning * np.nan_to_num(system.delay) * widest * speeds[0] / speeds
         # Of few points it is quicker to compute some too finely than to compile one more size.
         turns = turns if points >= _MANY else np.full(len(speeds), np.max(turns))
         return np.searchsorted(self.sizes[:-1], _LEAST + _PER_RADIAN * turns)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from lobex.characteristic.method import CharacteristicRoots
 from lobex.operators.operator import Method
 from lobex.processes.process import Process
 
@@ -9,10 +10,12 @@ from lobex.processes.process import Process
 _FAST = 5.0
 
 
-def oddities(process: Process, method: Method, slowest: float, largest_gain: float) -> list[str]:
+def oddities(process: Process, method: Method | CharacteristicRoots, slowest: float, largest_gain: float) -> list[str]:
     """Messages about a sweep whose speeds are too slow for the method's samples, or above every lobe."""
     system = process.system(slowest, largest_gain)
     blocks = np.asarray(system.blocks)
+    if not np.isfinite(blocks).all():
+        return []
     turning = np.max(np.imag(np.linalg.eigvals(blocks)), axis=-1)
     turns = float(np.min(turning) * np.asarray(system.delay))
     allowed = method.resolved_radians(system)

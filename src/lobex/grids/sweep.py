@@ -8,6 +8,7 @@ import jax
 import numpy as np
 
 from lobex import _checks
+from lobex.characteristic.method import CharacteristicRoots, suits
 from lobex.grids.evaluation import dominant_over_grid
 from lobex.grids.resolution import oddities
 from lobex.operators.duhamel import Duhamel
@@ -19,8 +20,6 @@ from lobex.verbs import check_method
 
 Array = Any
 
-ADAPTIVE = Duhamel()
-
 
 class SweepWarning(UserWarning):
     """Points of a sweep that failed and are NaN, or that are coarsely resolved."""
@@ -30,22 +29,24 @@ def sweep(
     process: Process,
     speed: Any,
     gain: Any,
-    method: Method = ADAPTIVE,
+    method: Method | CharacteristicRoots | None = None,
     *,
     progress: bool = False,
 ) -> Chart:
     """The dominant Floquet multiplier and its chatter frequency over a grid: a stability lobe diagram.
 
-    Every point is computed by powers of its operator and checked against the equations; points that do not
-    settle get more powers, then the dense eigensolver. By default every point takes as many nodes as its
-    estimated error asks for (``Duhamel(tolerance=1e-8)``). The grid is worked through in chunks on all cores,
-    so memory does not grow with it but for the results. Runs in float64 whatever JAX' setting.
+    By default, where the coefficients are constant and there is one contact direction, by the roots of the
+    characteristic equation (``CharacteristicRoots()``), and else by operators with as many nodes at every point
+    as its estimated error asks for (``Duhamel(tolerance=1e-8)``). Operators' multipliers come from their powers
+    and are checked against the equations; points that do not settle get more powers, then the dense eigensolver.
+    The grid is worked through in chunks on all cores, so memory does not grow with it but for the results. Runs in
+    float64 whatever JAX' setting.
 
     Args:
         process: a process, such as ``Rub(modes)``.
         speed: increasing speeds, Hz (revolutions per second), shape (n,).
         gain: increasing gains, shape (m,): K_e in N/m or depth of cut in m.
-        method: ``Duhamel(…)``, ``Chebyshev(…)`` or ``SemiDiscretization(…)``.
+        method: ``CharacteristicRoots()``, ``Duhamel(…)``, ``Chebyshev(…)`` or ``SemiDiscretization(…)``.
         progress: show a progress bar on standard error.
 
     Returns:
@@ -60,10 +61,13 @@ def sweep(
             few to follow the first mode at the lowest speed, or when all speeds lie above every lobe.
     """
     check_process(process)
-    check_method(method)
+    if method is not None and not isinstance(method, CharacteristicRoots):
+        check_method(method)
     speeds, gains = _checks.grid("speed", speed, "Hz"), _checks.grid("gain", gain, process.gain.unit)
     check_speed(process, speeds)
     check_gain(process, gains)
+    if method is None:
+        method = CharacteristicRoots() if suits(process, float(speeds[0])) else Duhamel()
     for message in oddities(process, method, float(speeds[0]), float(gains[-1])):
         warnings.warn(message, SweepWarning, stacklevel=2)
     begun = time.perf_counter()

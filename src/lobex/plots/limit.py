@@ -54,8 +54,10 @@ def plot_limit(
         part = np.s_[start:stop]
         lower.plot(speed[part], limit.chatter_frequency[order][part], color="0.25", linewidth=0.6)
     _number_lobes(upper, speed, gain, limit.lobe[order])
-    highest = gain if band is None else band[1] / limit.quantity.scale
-    top = np.nanmax(highest) if np.isfinite(gain).any() else limit.bounds[1] / limit.quantity.scale
+    top = limit.bounds[1] / limit.quantity.scale
+    if np.isfinite(gain).any():
+        # A band of first order shoots up beside a cusp; the limit is what must be seen.
+        top = np.nanmax(gain) if band is None else min(np.nanmax(band[1]) / limit.quantity.scale, 1.5 * np.nanmax(gain))
     upper.set_ylim(limit.bounds[0] / limit.quantity.scale, min(limit.bounds[1] / limit.quantity.scale, 1.08 * top))
     if len(speed) > 1:
         upper.set_xlim(speed[0], speed[-1])

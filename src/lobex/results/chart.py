@@ -24,13 +24,14 @@ class Chart:
         spectral_radius: max|μ|, (n, m): stable below 1, unstable above, NaN where a point failed.
         multiplier: the dominant μ, complex, Im ≥ 0, (n, m).
         chatter_frequency: frequency that carries most of the motion, Hz, (n, m).
-        error: estimated relative error of max|μ| by discretisation, (n, m); NaN where the method gives none.
+        error: estimated relative error of max|μ| by discretisation, (n, m): 0 of characteristic
+            roots, which need none, and NaN where the method gives no estimate.
         quantity: what the gain is.
         speed_unit: "Hz" or "rpm", for axes.
         process, method: the model and the method, as plain dictionaries.
         seconds: wall time of the sweep, compiling included.
         failed: number of points that are NaN.
-        repeated: number of points that the dense eigensolver had to settle.
+        repeated: number of points left to the dense eigensolver, or by characteristic roots to an operator.
     """
 
     speed: np.ndarray
@@ -59,8 +60,8 @@ class Chart:
             f"  spectral radius  {span}",
             f"  method           {in_words(self.method)}",
             f"  wall time        {self.seconds:.2f} s, {1e6 * per_point:.3g} µs a point",
-            *([f"  estimated error  at most {np.nanmax(self.error):.1e}"] if np.isfinite(self.error).any() else []),
-            f"  settled densely  {self.repeated} points",
+            *([f"  estimated error  at most {np.nanmax(self.error):.1e}"] if np.any(self.error > 0) else []),
+            f"  settled again    {self.repeated} points",
             f"  failed           {self.failed} points",
         ]
         return "\n".join(lines)

@@ -34,14 +34,20 @@ def _count(hint: str) -> Any:
     return tyro.conf.arg(metavar="INT", help_behavior_hint=f"(default: {hint})")
 
 
+def _choice(names: str) -> Any:
+    return tyro.conf.arg(metavar=names, help_behavior_hint="(default: see text)")
+
+
 @dataclass(frozen=True)
 class Discretization:
     """How the monodromy operator is built."""
 
-    method: Annotated[str, tyro.conf.arg(metavar="chebyshev|sdm")] = "chebyshev"
-    """Collocation (spectrally accurate) or semi-discretization (second order)."""
-    nodes: Annotated[int | None, _count("40")] = None
-    """Chebyshev nodes per smooth piece of the delay."""
+    method: Annotated[str | None, _choice("roots|duhamel|chebyshev|sdm")] = None
+    """Characteristic roots (constant coefficients, no discretisation), exact structure with nodes chosen by the
+    error, Chebyshev collocation, or semi-discretization (second order). If not given: for lobes the first of
+    these that serves, for limits Chebyshev collocation."""
+    nodes: Annotated[int | None, _count("40; duhamel: chosen")] = None
+    """Nodes per smooth piece of the delay, for chebyshev (taken with --nodes alone) and duhamel."""
     aligned: bool = True
     """End the Chebyshev pieces where a tooth enters or leaves; --no-aligned is the thesis' single interval."""
     steps: Annotated[int | None, _count("40")] = None

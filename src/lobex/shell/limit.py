@@ -22,7 +22,7 @@ def run_limit(command: arguments.Limit) -> None:
     speed, gain = speeds_and_gains(flags)
     endings = (".nc", ".csv", ".png", *(("-sensitivity.csv", "-sensitivity.png") if flags.sensitivity else ()))
     files = output_files(flags, endings)
-    check_discretization(flags.discretization)
+    check_discretization(flags.discretization, ("duhamel", "chebyshev", "sdm"))
 
     # JAX is slow to import: only now.
     from lobex.shell.environment import prepare_jax
@@ -30,7 +30,8 @@ def run_limit(command: arguments.Limit) -> None:
     prepare_jax()
     import lobex
 
-    method, exact, shown = method_of(flags.discretization), getattr(flags, "exact", False), not flags.output.quiet
+    method = method_of(flags.discretization) or lobex.Chebyshev()
+    exact, shown = getattr(flags, "exact", False), not flags.output.quiet
     bounds = None if exact else (gain[0], gain[-1])
     result = None
     if flags.sensitivity:

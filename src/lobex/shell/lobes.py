@@ -17,7 +17,8 @@ def run_lobes(command: arguments.Lobes) -> None:
     flags = command.process
     speed, gain = speeds_and_gains(flags)
     files = output_files(flags, (".nc", ".png"))
-    check_discretization(flags.discretization)
+    constant = isinstance(flags, arguments.Rub | arguments.Turning)
+    check_discretization(flags.discretization, (*(("roots",) if constant else ()), "duhamel", "chebyshev", "sdm"))
 
     # JAX is slow to import: only now.
     from lobex.shell.environment import prepare_jax

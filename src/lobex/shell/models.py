@@ -49,20 +49,38 @@ def process_of(flags: Any) -> Any:
     )
 
 
-def check_discretization(flags: arguments.Discretization) -> None:
-    """Refuse an unknown method, and flags that the method does not have."""
-    _checks.choice("method", flags.method, ("chebyshev", "sdm"))
-    strangers = {"chebyshev": ("steps", "order"), "sdm": ("nodes",)}[flags.method]
-    for name in strangers:
-        if getattr(flags, name) is not None:
-            raise ValueError(f"{name} = {getattr(flags, name)} has no meaning with --method {flags.method}; drop it")
+# The flags of each method.
+_FLAGS = {"roots": (), "duhamel": ("nodes",), "chebyshev": ("nodes",), "sdm": ("steps", "order")}
+
+
+def check_discretization(flags: arguments.Discretization, allowed: tuple[str, ...] = tuple(_FLAGS)) -> None:
+    """Refuse an unknown method, one that does not serve here, and flags that the method does not have."""
+    if flags.method is not None:
+        _checks.choice("method", flags.method, allowed)
+    name = _method_name(flags)
+    for flag in ("nodes", "steps", "order"):
+        if getattr(flags, flag) is not None and flag not in _FLAGS.get(name or "", ()):
+            owners = " or ".join(method for method, own in _FLAGS.items() if flag in own)
+            raise ValueError(f"{flag} = {getattr(flags, flag)} has no meaning here; drop it or give --method {owners}")
 
 
 def method_of(flags: arguments.Discretization) -> Any:
-    """The method that the flags describe."""
+    """The method that the flags describe; None where the verb chooses."""
     import lobex
 
+    name = _method_name(flags)
+    if name is None:
+        return None
     given = {n: v for n in ("nodes", "steps", "order") if (v := getattr(flags, n)) is not None}
-    if flags.method == "sdm":
-        return lobex.SemiDiscretization(**given)
-    return lobex.Chebyshev(aligned=flags.aligned, **given)
+    if name == "chebyshev":
+        return lobex.Chebyshev(aligned=flags.aligned, **given)
+    return {"roots": lobex.CharacteristicRoots, "duhamel": lobex.Duhamel, "sdm": lobex.SemiDiscretization}[name](
+        **given
+    )
+
+
+def _method_name(flags: arguments.Discretization) -> str | None:
+    """The method named, or the one whose flag is given."""
+    if flags.method is not None:
+        return flags.method
+    return "chebyshev" if flags.nodes is not None or not flags.aligned else None
