@@ -2,6 +2,7 @@ import matplotlib
 
 matplotlib.use("Agg")
 
+import jax
 import matplotlib.pyplot as plt
 import pytest
 
@@ -18,3 +19,10 @@ def _cache_of_compilations(tmp_path_factory):
 def _close_figures():
     yield
     plt.close("all")
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _forget_compilations():
+    """Every compiled program holds memory maps, and a process that keeps those of all files runs out of them."""
+    yield
+    jax.clear_caches()
