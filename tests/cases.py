@@ -69,3 +69,13 @@ ROD = rub()
 """Chapter 4's rod: 5 elements, ξ = 0.03."""
 MILL = milling(THESIS_TOOL, 0.5, "down")
 """§3.4's milling: one tooth, half immersion, down."""
+
+
+def assert_same_fields(actual: Any, expected: Any) -> None:
+    """Every field of two results is equal, arrays bit for bit and in type."""
+    for name, value in vars(expected).items():
+        if isinstance(value, np.ndarray):
+            assert getattr(actual, name).dtype == value.dtype, name
+            np.testing.assert_array_equal(getattr(actual, name), value, err_msg=name)
+        else:
+            assert getattr(actual, name) == value, name

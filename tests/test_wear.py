@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 from scipy.signal import find_peaks
 
 import lobex
+from cases import assert_same_fields
 from lobex.shell.arguments import Output
 from lobex.shell.wear import run_wear
 from lobex.shell.wear_arguments import BladeFlags, ContactFlags, Wear, WearFlags
@@ -347,11 +348,7 @@ def test_saving_and_loading_returns_the_same_map(tmp_path):
     result = march()
     result.save(tmp_path / "wear.nc")
     again = lobex.load(tmp_path / "wear.nc")
-    for name, value in vars(result).items():
-        if isinstance(value, np.ndarray):
-            np.testing.assert_array_equal(getattr(again, name), value)
-        else:
-            assert getattr(again, name) == value
+    assert_same_fields(again, result)
     with xarray.open_dataset(tmp_path / "wear.nc", engine="h5netcdf") as data:
         assert data["depth"].dims == ("lane", "angle")
         assert data["depth"].attrs["units"] == "m"

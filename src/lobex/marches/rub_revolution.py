@@ -26,20 +26,10 @@ class Blade(NamedTuple):
     tail: Array
 
 
-class Revolution(NamedTuple):
-    """What a revolution leaves, per lane: samples of the tip (samples, lanes) and totals (lanes,)."""
+class Totals(NamedTuple):
+    """Over one revolution, per lane (lanes,): the largest |tip|, the share of steps in contact, the sum of what was
+    removed from the cells, and the energies; see ``revolve``."""
 
-    tip: Array
-    amplitude: Array
-    contact: Array
-    removed: Array
-    input_energy: Array
-    damping_energy: Array
-    removal_energy: Array
-    stored_energy: Array
-
-
-class _Totals(NamedTuple):
     amplitude: Array
     contact: Array
     removed: Array
@@ -53,7 +43,16 @@ class _Step(NamedTuple):
     increment: Array
     tip: Array
     tip_before: Array
-    totals: _Totals
+    totals: Totals
+
+
+class Revolution(NamedTuple):
+    """What a revolution leaves, per lane: samples of the tip (samples, lanes), totals, and ``stored_energy`` (lanes,)
+    at its end."""
+
+    tip: Array
+    totals: Totals
+    stored_energy: Array
 
 
 def at_rest(modes: Modes, cells: int, lanes: int, tail: int) -> Blade:
@@ -90,7 +89,7 @@ def revolve(
         removed = law.removed(penetration, depth, tip - surface)
         work = force * (tip - state.tip_before)
         old = state.totals
-        totals = _Totals(
+        totals = Totals(
             amplitude=jnp.maximum(old.amplitude, jnp.abs(tip)),
             contact=old.contact + (penetration > 0),
             removed=old.removed + removed,
@@ -105,7 +104,7 @@ def revolve(
     power = force * speed_of_tip
     dissipation = march.dissipation(blade.velocity)
     increment = march.start(blade.displacement, blade.velocity, force)
-    state = _Step(blade.displacement, increment, tip, tip - march.tip(increment), _Totals(*(none,) * 6))
+    state = _Step(blade.displacement, increment, tip, tip - march.tip(increment), Totals(*(none,) * 6))
     state, (depth, signal) = jax.lax.scan(step, state, (profile, blade.depth), unroll=_UNROLL)
 
     force = _force(law, state.tip, profile, depth)
@@ -122,16 +121,10 @@ def revolve(
     else:
         samples = decimate(matrix, factor, blade.tail, signal)
         tail = signal[cells - blade.tail.shape[0] :]
-    result = Revolution(
-        tip=samples,
-        amplitude=totals.amplitude,
-        contact=totals.contact / cells,
-        removed=totals.removed,
-        input_energy=input_energy,
-        damping_energy=damping_energy,
-        removal_energy=removal_energy,
-        stored_energy=march.energy(state.displacement, velocity),
+    totals = Totals(
+        totals.amplitude, totals.contact / cells, totals.removed, input_energy, damping_energy, removal_energy
     )
+    result = Revolution(samples, totals, march.energy(state.displacement, velocity))
     return Blade(state.displacement, velocity, depth, tail), result
 
 

@@ -20,7 +20,7 @@ from lobex.contact.laws import ContactLaw, check_law
 from lobex.grids.sweep import SweepWarning
 from lobex.marches.central_difference import highest_frequency
 from lobex.marches.decimation import LENGTH, factor_for, filter_matrix, lag_of, usable_orders
-from lobex.marches.rub_revolution import Revolution, at_rest, revolve
+from lobex.marches.rub_revolution import Totals, at_rest, revolve
 from lobex.processes.process import check_speed
 from lobex.processes.regenerative import Rub
 from lobex.results.description import describe
@@ -34,7 +34,7 @@ _LANES = 384
 _FEWEST_LANES = 32
 _NAMED = 5
 
-_TOTALS = tuple(name for name in Revolution._fields if name != "tip")
+_PER_REVOLUTION = (*Totals._fields, "stored_energy")
 
 _turn = jax.jit(revolve, static_argnames="factor")
 # Threads that meet a new program at once would each compile it.
@@ -161,7 +161,7 @@ def _march(
 ) -> dict[str, np.ndarray]:
     """March every block of lanes, side by side on a CPU; results with lanes first."""
     (lanes, revolutions), cells = history.shape, len(profile)
-    parts = {name: np.empty((lanes, revolutions)) for name in _TOTALS}
+    parts = {name: np.empty((lanes, revolutions)) for name in _PER_REVOLUTION}
     parts["depth"] = np.empty((lanes, cells))
     parts["displacement"] = np.empty((lanes, revolutions * (cells // factor)))
     matrix = filter_matrix(cells, factor) if factor > 1 else np.zeros((1, 1))
@@ -192,8 +192,8 @@ def _march_block(
         for turn in range(history.shape[1]):
             with _COMPILING if turn == 0 else nullcontext():
                 blade, result = _turn(modes, law, profile, history[block, turn], blade, matrix, factor=factor)
-            for name in _TOTALS:
-                parts[name][block, turn] = np.asarray(getattr(result, name))
+            for name, values in zip(_PER_REVOLUTION, (*result.totals, result.stored_energy), strict=True):
+                parts[name][block, turn] = np.asarray(values)
             parts["displacement"][block, turn * samples : (turn + 1) * samples] = np.asarray(result.tip).T
             done()
         parts["depth"][block] = np.asarray(blade.depth).T
@@ -217,5 +217,5 @@ def _workers() -> int:
 
 def _failed(parts: dict[str, np.ndarray], radius: float) -> np.ndarray:
     """Lanes that are not finite, or whose tip has left the casing by more than its radius."""
-    totals = np.sum([parts[name].sum(axis=1) for name in _TOTALS], axis=0)
+    totals = np.sum([parts[name].sum(axis=1) for name in _PER_REVOLUTION], axis=0)
     return ~np.isfinite(totals) | ~(parts["amplitude"].max(axis=1) < radius)

@@ -1,6 +1,16 @@
-"""Large maps brought down to what a picture can show, without losing their peaks."""
+"""Large maps brought down to what a picture can show, in order and without losing their peaks."""
 
 import numpy as np
+
+
+def speed_order(kind: str, speed: np.ndarray, instead: str = "") -> np.ndarray:
+    """The order of increasing speed; an error unless there are two or more and all differ, as a map needs."""
+    different = len(np.unique(speed))
+    if len(speed) < 2 or different < len(speed):
+        raise ValueError(
+            f"a {kind} at {different} different speeds of {len(speed)} is no map; give two or more, each once{instead}"
+        )
+    return np.argsort(speed)
 
 
 def pooled(values: np.ndarray, axis_values: np.ndarray, most: int) -> tuple[np.ndarray, np.ndarray]:

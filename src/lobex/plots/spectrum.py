@@ -8,7 +8,7 @@ from matplotlib.colors import LogNorm
 
 from lobex import _checks
 from lobex.plots.campbell import draw_engine_orders, draw_natural_frequencies
-from lobex.plots.pooling import on_common_frequencies
+from lobex.plots.pooling import on_common_frequencies, speed_order
 from lobex.plots.wear import COLOURS, mark_critical_speeds
 
 if TYPE_CHECKING:
@@ -22,13 +22,8 @@ _DECADES = 3
 
 def plot_spectrum(spectrum: "SpectrumMap", ax: "Axes | None", highest: float | None, orders: int | None) -> "Axes":
     """Draw the amplitudes on a logarithmic scale of three decades, in µm."""
-    order = np.argsort(spectrum.speed)
+    order = speed_order("spectrum", spectrum.speed)
     speed = spectrum.speed[order]
-    if len(speed) < 2 or np.any(np.diff(speed) == 0):
-        raise ValueError(
-            f"a spectrum at {len(np.unique(speed))} different speeds of {len(speed)} is no map; give two "
-            "or more, each once"
-        )
     top = _highest(spectrum, highest)
     count = _checks.integer("orders", 12 if orders is None else orders, 0)
     if ax is None:

@@ -8,7 +8,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.ticker import MaxNLocator
 
 from lobex import _checks
-from lobex.plots.pooling import pooled
+from lobex.plots.pooling import pooled, speed_order
 from lobex.results.spectrum_map import critical_speeds_of
 
 if TYPE_CHECKING:
@@ -26,13 +26,8 @@ _HARMONICS = 3
 def plot_wear(march: "WearMap", ax: "Axes | None", speed_along: str) -> "Axes":
     """Draw the depth removed over speed and position, with the critical speeds of the first mode."""
     _checks.choice("speed_along", speed_along, ("x", "y"))
-    order = np.argsort(march.speed)
+    order = speed_order("march", march.speed, ", or see plot_history() and plot_casing()")
     speed = march.speed[order]
-    if len(speed) < 2 or np.any(np.diff(speed) == 0):
-        raise ValueError(
-            f"a march at {len(np.unique(speed))} different speeds of {len(speed)} is no map; give two or "
-            "more, each once, or see plot_history() and plot_casing()"
-        )
     if ax is None:
         _, ax = plt.subplots(figsize=(7.0, 4.4), layout="constrained")
     depth, angle = pooled(march.depth[order] * 1e6, np.degrees(march.angle), _POSITIONS)

@@ -67,18 +67,9 @@ class Output:
 
 
 @dataclass(frozen=True)
-class Rub:
-    """A blade rubbing an abradable casing in permanent contact: the thesis' clamped rod.
+class Rod:
+    """The thesis' clamped rod."""
 
-    Axes: rotational frequency (Hz) and contact stiffness K_e (N/m). The defaults are Appendix B's grid.
-
-    Example: lobex lobes rub --speed 50:400:351 --gain 4.5e4:4.5e6:401 --elements 5 --out rub
-    """
-
-    speed: Range = "50:400:351"
-    """Rotational frequencies, Hz."""
-    gain: Range = "4.5e4:4.5e6:401"
-    """Contact stiffnesses K_e, N/m."""
     elements: int = 5
     """Truss elements of the rod, which is also its number of modes."""
     damping_ratio: float = 0.03
@@ -93,6 +84,21 @@ class Rub:
     """Length L, m."""
     area: float = 10e-4
     """Cross-section S, m²."""
+
+
+@dataclass(frozen=True)
+class Rub(Rod):
+    """A blade rubbing an abradable casing in permanent contact: the thesis' clamped rod.
+
+    Axes: rotational frequency (Hz) and contact stiffness K_e (N/m). The defaults are Appendix B's grid.
+
+    Example: lobex lobes rub --speed 50:400:351 --gain 4.5e4:4.5e6:401 --elements 5 --out rub
+    """
+
+    speed: Range = "50:400:351"
+    """Rotational frequencies, Hz."""
+    gain: Range = "4.5e4:4.5e6:401"
+    """Contact stiffnesses K_e, N/m."""
     discretization: Discretization = Discretization()
     output: Output = Output()
 

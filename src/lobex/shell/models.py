@@ -25,13 +25,20 @@ def output_files(flags: Any, endings: tuple[str, ...]) -> list[Path]:
     return [_checks.writable("out", path.with_name(path.name + ending)) for ending in endings]
 
 
+def rod_modes_of(flags: arguments.Rod) -> Any:
+    """The modes of the rod that the flags describe."""
+    import lobex
+
+    rod = lobex.Rod(flags.elements, flags.young_modulus, flags.density, flags.length, flags.area)
+    return rod.modes(flags.damping_ratio, keep=flags.keep or None)
+
+
 def process_of(flags: Any) -> Any:
     """The process that the flags describe."""
     import lobex
 
     if isinstance(flags, arguments.Rub):
-        rod = lobex.Rod(flags.elements, flags.young_modulus, flags.density, flags.length, flags.area)
-        return lobex.Rub(rod.modes(flags.damping_ratio, keep=flags.keep or None))
+        return lobex.Rub(rod_modes_of(flags))
     if isinstance(flags, arguments.Mathieu):
         return lobex.DelayedMathieu(delta=flags.delta, epsilon=flags.epsilon, damping=flags.damping)
     tool = flags.tool

@@ -7,7 +7,7 @@ import numpy as np
 
 from lobex import _checks
 from lobex.shell.arguments import parse_range
-from lobex.shell.models import output_files
+from lobex.shell.models import output_files, rod_modes_of
 from lobex.shell.wear_arguments import DEFAULTS, LAWS, ContactFlags, Wear, WearFlags
 
 if TYPE_CHECKING:
@@ -26,13 +26,11 @@ def run_wear(command: Wear) -> None:
     from lobex.shell.environment import prepare_jax
 
     prepare_jax()
-    import lobex
     from lobex.contact import laws
     from lobex.contact.casing import Casing
     from lobex.marches.wear import march_wear
 
-    blade, shape = flags.blade, flags.casing
-    rod = lobex.Rod(blade.elements, blade.young_modulus, blade.density, blade.length, blade.area)
+    shape = flags.casing
     casing = Casing(
         shape.nodal_diameters,
         shape.amplitude,
@@ -43,7 +41,7 @@ def run_wear(command: Wear) -> None:
         shape.axial_width,
     )
     result = march_wear(
-        rod.modes(blade.damping_ratio, keep=blade.keep or None),
+        rod_modes_of(flags.blade),
         casing,
         getattr(laws, flags.contact.law.capitalize())(**numbers),
         speed,

@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar
 
 import tyro
 
-from lobex.shell.arguments import Output, Range
+from lobex.shell.arguments import Output, Range, Rod
 
 LAWS: dict[str, tuple[str, ...]] = {
     "linear": ("stiffness",),
@@ -76,23 +76,11 @@ class CasingFlags:
 
 
 @dataclass(frozen=True)
-class BladeFlags:
+class BladeFlags(Rod):
     """The thesis' clamped rod."""
 
     elements: int = 10
     """Truss elements of the rod, which is also its number of modes."""
-    damping_ratio: float = 0.03
-    """Modal damping ratio ξ (0.03 in the thesis' text, 0.0177 in its Appendix B)."""
-    keep: Annotated[tuple[int, ...], tyro.conf.arg(metavar="MODE ...")] = ()
-    """Mode numbers to keep, counted from 1, such as '--keep 1 2'; all if not given."""
-    young_modulus: float = 210e7
-    """Young's modulus E, Pa."""
-    density: float = 4600.0
-    """Density ρ, kg/m³."""
-    length: float = 0.5
-    """Length L, m."""
-    area: float = 10e-4
-    """Cross-section S, m²."""
 
 
 @dataclass(frozen=True)
