@@ -8,12 +8,13 @@ near the line; a line on which arg L turns a right angle or more from one sample
 is not found as precisely as the samples announce it, is not trusted.
 """
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
+from lobex._hidden import hidden_crossings
 from lobex.characteristic.function import Contact, loop
 
 Array = Any
@@ -29,6 +30,9 @@ _FIRST = 1e-7
 _STEPS = 8
 _BATCH = 256
 _BLOCK = 256
+# Parts of a cell in which a pair of crossings may hide, and how often in turn.
+_PARTS = 15
+_ROUNDS = 2
 
 
 class Crossings(NamedTuple):
@@ -82,17 +86,23 @@ def cross(contact: Contact, level: Array, poles: Array, largest: float) -> Lines
     """
     top = _reach(contact, level, poles, largest)
     y = _samples(contact, level, poles, np.minimum(top, _MOST_TURNS * 2 * np.pi))
-    changes, smooth, near_axis = [], np.ones(len(level), dtype=bool), level + 0j
+    changes, sides, smooth, near_axis = [], [], np.ones(len(level), dtype=bool), level + 0j
     for first in range(0, y.shape[1] - 1, _BLOCK - 1):
         block = y[:, first : first + _BLOCK]
         block = np.pad(block, ((0, 0), (0, _BLOCK - block.shape[1])), "edge")
-        part, fine, start = (np.asarray(a) for a in _on_line(contact, level, block, largest))
+        part, side, fine, start = (np.asarray(a) for a in _on_line(contact, level, block, largest))
         changes.append(part)
+        sides.append(side[:, :-1])
         smooth &= fine
         near_axis = near_axis if first else start
     changes = np.concatenate(changes, axis=1)[:, : y.shape[1] - 1]
     owner, cell = np.nonzero(changes)
-    crossings, lost = _refine(contact, level, y, owner, cell, changes[owner, cell], largest)
+    brackets = owner, y[owner, cell], y[owner, cell + 1], changes[owner, cell]
+    # Without the last sample, which belongs to no cell of its block.
+    inner = y[:, :-1]
+    pairs = _hidden_pairs(contact, level, inner, np.concatenate(sides, axis=1)[:, : inner.shape[1]], largest)
+    owner, low, high, change = (np.concatenate(pair) for pair in zip(brackets, pairs, strict=True))
+    crossings, lost = _refine(contact, level, owner, low, high, change, largest)
     crossings = joined(crossings, _on_axis(level, near_axis, largest))
     return Lines(
         level, np.sum(poles.real > level[:, None], axis=1), crossings, smooth & ~lost & (top <= _MOST_TURNS * 2 * np.pi)
@@ -124,12 +134,18 @@ def _samples(contact: Contact, level: Array, poles: Array, top: Array) -> Array:
     """Increasing y on each line, (b, S), denser where a pole or a zero of p + q e^{−z} is near."""
     with np.errstate(divide="ignore"):
         zero = np.log(-contact.delayed / contact.current + 0j)
-    width = np.maximum(np.abs(zero.real - level), 1e-9)
-    far = ~np.isfinite(width) | (width > _REACH)
+    distance = np.abs(zero.real - level)
+    # Through a zero on the line itself L changes its sign and no root crosses: a sample on either side, where L is
+    # negligible, says all there is to say.
+    on = distance < _FIRST
+    width = np.maximum(distance, _FIRST)
+    far = on | ~np.isfinite(width) | (width > _REACH)
     turns = int(np.max(top) / (2 * np.pi)) + 2
-    middle = np.where(far, 0.0, zero.imag)[:, None] + 2 * np.pi * np.arange(turns + 1)
+    middle = np.where(far & ~on, 0.0, zero.imag)[:, None] + 2 * np.pi * np.arange(turns + 1)
     steps = np.arange(-_PER_TURN // 2, _PER_TURN // 2) / (_PER_TURN / 2)
     part = np.where(far[:, None], np.pi * steps, _clustered(np.where(far, 1.0, width), np.pi, steps))
+    if np.any(on):
+        part = np.concatenate([part + np.where(on, -_FIRST, 0.0)[:, None], np.where(on, _FIRST, 0.0)[:, None]], axis=1)
     upper: Array = np.sort_complex(np.where(poles.imag >= 0, poles, np.nan))
     upper = upper[:, : int(np.max(np.sum(poles.imag >= 0, axis=1)))]
     width = np.maximum(np.abs(upper.real - level[:, None]), 1e-9)
@@ -148,10 +164,11 @@ def _clustered(width: Array, reach: float, steps: Array) -> Array:
 
 
 @jax.jit
-def _on_line(contact: Contact, level: Array, y: Array, largest: Array) -> tuple[Array, Array, Array]:
+def _on_line(contact: Contact, level: Array, y: Array, largest: Array) -> tuple[Array, Array, Array, Array]:
     """2 and −2 where a pair enters or leaves between two samples, (b, S − 1).
 
-    And whether every phase step is small, (b,), and L at the first sample, (b,).
+    And the side of the negative axis that L is on, (b, S), see ``_side``; whether every phase step is small, (b,);
+    and L at the first sample, (b,).
     """
     lanes = jax.tree.map(lambda a: a[..., None], contact)
     # Without the barrier L would be evaluated anew for each of its uses.
@@ -164,20 +181,70 @@ def _on_line(contact: Contact, level: Array, y: Array, largest: Array) -> tuple[
     entering = (below.imag < 0) & (above.imag >= 0)
     leaving = (below.imag >= 0) & (above.imag < 0)
     changes = jnp.where(large & left, 2 * (entering.astype(jnp.int8) - leaving.astype(jnp.int8)), 0)
-    return changes, jnp.all(forward | ~large, axis=1), trace[:, 0] / largest
+    return changes, _side(trace), jnp.all(forward | ~large, axis=1), trace[:, 0] / largest
+
+
+def _side(trace: Array) -> Array:
+    """How far K L is from the negative axis: sin arg(−K L), extended to ±2 behind; NaN where no root can be near."""
+    size = jnp.sqrt(jnp.square(trace.real) + jnp.square(trace.imag))
+    sine = -trace.imag / size
+    away = cast(Array, jnp.where(trace.real < 0, sine, jnp.sign(sine) * (2 - jnp.abs(sine))))
+    return jnp.where(size > 0.5, away, jnp.nan)
+
+
+def _hidden_pairs(
+    contact: Contact, level: Array, y: Array, sides: Array, largest: float
+) -> tuple[Array, Array, Array, Array]:
+    """Brackets (line, y, y, change) of crossings that come in pairs between two samples.
+
+    They are looked for where the chords beside a cell, which a convex curve does not fall below, meet behind the
+    negative axis; the cell is sampled finely, twice.
+    """
+    # One row of samples per line at first, then per cell.
+    owner, place, side = np.arange(len(y)), y, sides
+    found = []
+    for _ in range(_ROUNDS):
+        lane = np.repeat(np.arange(len(owner)), place.shape[1])
+        cells, _ = hidden_crossings(lane, place.ravel(), side.ravel())
+        if not cells.size:
+            break
+        line, column = owner[lane[cells]], cells % place.shape[1]
+        row = lane[cells]
+        low, high = place[row, column], place[row, column + 1]
+        # With a sample beyond either end, so that the first and the last part have chords beside them.
+        within = low[:, None] + (high - low)[:, None] * (np.arange(-1, _PARTS + 2) / _PARTS)
+        many = np.repeat(line, _PARTS + 3)
+        (inside,) = in_lanes(
+            _side_at, contact, many, (level[many], within.ravel(), np.full(len(many), largest)), _BATCH
+        )
+        owner, place, side = line, within, inside.reshape(within.shape)
+        with np.errstate(invalid="ignore"):
+            crossed = (side[:, 1:] * side[:, :-1] < 0) & (np.abs(side[:, 1:] - side[:, :-1]) < 1)
+        index, part = np.nonzero(crossed[:, 1:-1])
+        part += 1
+        # Seen with growing y, a root enters where L comes from below: there arg(−L) falls.
+        change = np.where(side[index, part] > 0, 2, -2)
+        found.append((owner[index], place[index, part], place[index, part + 1], change))
+    nothing = np.zeros(0, dtype=int), np.zeros(0), np.zeros(0), np.zeros(0, dtype=int)
+    return tuple(map(np.concatenate, zip(nothing, *found, strict=True)))  # pyright: ignore[reportReturnType]
+
+
+@jax.jit
+def _side_at(contact: Contact, x: Array, y: Array, largest: Array) -> tuple[Array]:
+    return (_side(loop(contact, x + 1j * y).value * largest),)
 
 
 def _refine(
     contact: Contact,
     level: Array,
-    y: Array,
     owner: Array,
-    cell: Array,
+    low: Array,
+    high: Array,
     change: Array,
     largest: float,
 ) -> tuple[Crossings, Array]:
-    """The crossings in the given cells, and the lines that have lost one."""
-    brackets = level[owner], y[owner, cell], y[owner, cell + 1], change < 0
+    """The crossings between the given y of their lines, and the lines that have lost one."""
+    brackets = level[owner], low, high, change < 0
     gain, root, rate, done = in_lanes(_phase_root, contact, owner, brackets, _BATCH)
     lost = np.zeros(len(level), dtype=bool)
     lost[owner[~(done & ((rate.real > 0) == (change > 0)))]] = True

@@ -52,14 +52,7 @@ class CharacteristicRoots:
             ValueError: for a process of another kind.
         """
         speeds, gains = np.asarray(speeds, dtype=float), np.asarray(gains, dtype=float)
-        _check(process)
-        largest = np.max(np.abs(gains))
-        whole = jax.tree.map(np.asarray, _contacts(process, speeds, largest))
-        # A speed at which the model itself fails stays unsettled.
-        sound = np.logical_and.reduce([np.isfinite(a.reshape(len(a), -1)).all(axis=1) for a in jax.tree.leaves(whole)])
-        made, blocks, delay, others = jax.tree.map(lambda a: a[sound], whole)
-        _check_proportional(process, made, others, largest)
-        made = jax.tree.map(lambda a: np.ascontiguousarray(np.moveaxis(a, 0, -1)), made)
+        sound, made, blocks, delay = contacts(process, speeds, float(np.max(np.abs(gains))))
         root: Array = np.full((len(delay), len(gains)), np.nan + 0j)
         settled = np.zeros(root.shape, dtype=bool)
         for sign in (1, -1):
@@ -87,6 +80,27 @@ class CharacteristicRoots:
         return np.inf
 
 
+def contacts(
+    process: Process, speeds: np.ndarray, largest: float
+) -> tuple[np.ndarray, Contact, np.ndarray, np.ndarray]:
+    """The contacts of a process at a gain of one, with the speeds as lanes.
+
+    Returns:
+        Which speeds are sound, (n,): at the others the model itself fails, and they are left out of the rest. The
+        contacts; the matrices τA, (b, n, s, s); and the delays τ, (b,), s.
+
+    Raises:
+        ValueError: for periodic coefficients, several contact directions, or coefficients that are not proportional
+            to the gain up to ``largest``.
+    """
+    _check(process)
+    whole = jax.tree.map(np.asarray, _contacts(process, speeds, largest))
+    sound = np.logical_and.reduce([np.isfinite(a.reshape(len(a), -1)).all(axis=1) for a in jax.tree.leaves(whole)])
+    made, blocks, delay, others = jax.tree.map(lambda a: a[sound], whole)
+    _check_proportional(process, made, others, largest)
+    return sound, jax.tree.map(lambda a: np.ascontiguousarray(np.moveaxis(a, 0, -1)), made), blocks, delay
+
+
 def suits(process: Process, speed: float) -> bool:
     """Whether the characteristic roots of a process can be followed: see ``CharacteristicRoots``."""
     with jax.enable_x64(True):
@@ -100,7 +114,7 @@ def suits(process: Process, speed: float) -> bool:
 
 
 @jax.jit
-def _contacts(process: Process, speeds: Array, largest: Array) -> tuple[Contact, Array, Array, Array]:
+def _contacts(process: Process, speeds: Array, largest: Any) -> tuple[Contact, Array, Array, Array]:
     """The contacts at a gain of one, the matrices τA and the delays τ, each with the speeds first.
 
     And P and Q at a gain of zero and at the largest, (n, 2, 2).

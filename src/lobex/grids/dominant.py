@@ -12,10 +12,12 @@ class Dominant(NamedTuple):
         multiplier: μ, Im ≥ 0, NaN where a point failed.
         frequency: chatter frequency, Hz.
         error: estimated relative error of |μ| by discretisation, NaN where the method gives none.
+        nodes: how many nodes per piece it took, where the method chooses; 0 elsewhere.
         dense_points: how many points the dense solver had to settle.
     """
 
     multiplier: np.ndarray
     frequency: np.ndarray
     error: np.ndarray
+    nodes: np.ndarray
     dense_points: int

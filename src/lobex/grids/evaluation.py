@@ -26,7 +26,7 @@ _CHUNK_BYTES = 4e6
 _TRUSTED_RESIDUAL = 1e-11
 _BATCH = 128
 # Work per point, lightest first: squarings of the operator, or 0 for the dense solver.
-_EFFORTS = (8, 16, 0)
+_EFFORTS = (8, 16, 24, 0)
 
 
 def dominant_over_grid(
@@ -53,18 +53,18 @@ def dominant_over_grid(
     doubtful = np.nonzero(_untrusted(multiplier, residual))
     again = _at_points(process, speeds[doubtful[0]], gains[doubtful[1]], method, _EFFORTS[1:])
     multiplier[doubtful], frequency[doubtful] = again.multiplier, again.frequency
-    return Dominant(multiplier, frequency, np.full(shape, np.nan), again.dense_points)
+    return Dominant(multiplier, frequency, np.full(shape, np.nan), np.zeros(shape, dtype=int), again.dense_points)
 
 
 def _by_roots(process: Process, speeds: np.ndarray, gains: np.ndarray, method: CharacteristicRoots) -> Dominant:
     """By characteristic roots, which have no error of discretisation, and what they leave open by an operator."""
     multiplier, frequency, settled = method.over_grid(process, speeds, gains)
-    error = np.zeros(settled.shape)
+    error, nodes = np.zeros(settled.shape), np.zeros(settled.shape, dtype=int)
     left = np.nonzero(~settled)
     again = refined_at_points(process, speeds[left[0]], gains[left[1]], Duhamel())
-    for target, result in zip((multiplier, frequency, error), again[:3], strict=True):
+    for target, result in zip((multiplier, frequency, error, nodes), again[:4], strict=True):
         target[left] = result
-    return Dominant(multiplier, frequency, error, len(left[0]))
+    return Dominant(multiplier, frequency, error, nodes, len(left[0]))
 
 
 def dominant_at_points(process: Process, speeds: np.ndarray, gains: np.ndarray, method: Method) -> Dominant:
@@ -90,7 +90,8 @@ def _at_points(
             result = _dominant(process, speeds[padded], gains[padded], method, effort, densely)
             multiplier[index], frequency[index], residual[index] = (np.asarray(r)[: len(index)] for r in result)
         doubtful = np.nonzero(_untrusted(multiplier, residual))[0]
-    return Dominant(multiplier, frequency, np.full(len(speeds), np.nan), dense_points)
+    nothing = np.full(len(speeds), np.nan)
+    return Dominant(multiplier, frequency, nothing, np.zeros(len(speeds), dtype=int), dense_points)
 
 
 def _untrusted(multiplier: np.ndarray, residual: np.ndarray) -> np.ndarray:

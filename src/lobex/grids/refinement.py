@@ -24,7 +24,7 @@ Array = Any
 # Nodes per piece: a few sizes, since each is compiled for itself.
 _SIZES = (6, 10, 16, 26, 42, 68, 110)
 # Work per point, lightest first: squarings of the operator, or 0 for the dense solver.
-_EFFORTS = (8, 16, 0)
+_EFFORTS = (8, 16, 24, 0)
 # The pair is settled where it misses the discrete equations by less.
 _SETTLED = 1e-11
 _CHUNK_BYTES = 2e6
@@ -43,7 +43,7 @@ def refined_over_grid(
     shape = (len(speeds), len(gains))
     row, column = (index.ravel() for index in np.indices(shape))
     result = _Refinement(process, method).run(speeds, row, gains[column], progress)
-    return Dominant(*(part.reshape(shape) for part in result[:3]), dense_points=result.dense_points)
+    return Dominant(*(part.reshape(shape) for part in result[:4]), dense_points=result.dense_points)
 
 
 def refined_at_points(process: Process, speeds: np.ndarray, gains: np.ndarray, method: Duhamel) -> Dominant:
@@ -63,8 +63,9 @@ class _Refinement:
         """Compute all points, slab by slab of speeds, on every core."""
         multiplier = np.full(len(row), np.nan, dtype=np.complex128)
         frequency, error = np.full(len(row), np.nan), np.full(len(row), np.nan)
+        nodes = np.zeros(len(row), dtype=int)
         if not len(row):
-            return Dominant(multiplier, frequency, error, 0)
+            return Dominant(multiplier, frequency, error, nodes, 0)
         order = np.argsort(row, kind="stable")
         edges = np.searchsorted(row[order], np.arange(0, len(speeds) + _SPEEDS, _SPEEDS))
         start = self._start(speeds, len(row))
@@ -85,9 +86,10 @@ class _Refinement:
         ):
             for mine, slab in pool.map(work, range(len(edges) - 1)):
                 multiplier[mine], frequency[mine], error[mine] = slab.multiplier, slab.frequency, slab.error
+                nodes[mine] = np.asarray(self.sizes)[slab.size]
                 dense_points += slab.dense_points
                 bar.update(len(mine))
-        return Dominant(multiplier, frequency, error, dense_points)
+        return Dominant(multiplier, frequency, error, nodes, dense_points)
 
     def _start(self, speeds: np.ndarray, points: int) -> np.ndarray:
         """Index of the size to begin with, per speed: from how far the first mode turns within a piece."""

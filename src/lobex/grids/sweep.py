@@ -8,7 +8,8 @@ import jax
 import numpy as np
 
 from lobex import _checks
-from lobex.characteristic.method import CharacteristicRoots, suits
+from lobex.characteristic.method import CharacteristicRoots
+from lobex.grids.choice import check_sweep_method, chosen_method
 from lobex.grids.evaluation import dominant_over_grid
 from lobex.grids.resolution import oddities
 from lobex.operators.duhamel import Duhamel
@@ -16,7 +17,6 @@ from lobex.operators.operator import Method
 from lobex.processes.process import Process, check_gain, check_process, check_speed
 from lobex.results.chart import Chart
 from lobex.results.description import describe
-from lobex.verbs import check_method
 
 Array = Any
 
@@ -61,19 +61,18 @@ def sweep(
             few to follow the first mode at the lowest speed, or when all speeds lie above every lobe.
     """
     check_process(process)
-    if method is not None and not isinstance(method, CharacteristicRoots):
-        check_method(method)
+    check_sweep_method(method)
     speeds, gains = _checks.grid("speed", speed, "Hz"), _checks.grid("gain", gain, process.gain.unit)
     check_speed(process, speeds)
     check_gain(process, gains)
     if method is None:
-        method = CharacteristicRoots() if suits(process, float(speeds[0])) else Duhamel()
+        method = chosen_method(process, float(speeds[0]))
     for message in oddities(process, method, float(speeds[0]), float(gains[-1])):
         warnings.warn(message, SweepWarning, stacklevel=2)
     begun = time.perf_counter()
     with jax.enable_x64(True):
         process = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=np.float64), process)
-        multiplier, frequency, error, repeated = dominant_over_grid(process, speeds, gains, method, progress)
+        multiplier, frequency, error, _, repeated = dominant_over_grid(process, speeds, gains, method, progress)
     failed = int(np.sum(~np.isfinite(multiplier)))
     if failed:
         warnings.warn(

@@ -2,6 +2,7 @@
 
 import time
 import warnings
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -9,6 +10,8 @@ import jax
 import numpy as np
 
 from lobex import _checks
+from lobex.characteristic.method import CharacteristicRoots
+from lobex.grids.choice import operator_of
 from lobex.grids.evaluation import dominant_at_points
 from lobex.grids.sweep import SweepWarning, sweep
 from lobex.limits.batches import in_batches
@@ -16,6 +19,7 @@ from lobex.limits.contour import Map, contours, doubled, on_curve, refined, with
 from lobex.limits.coverage import MOST_WAVES, waves_per_cell
 from lobex.limits.growth import growth_and_gradient
 from lobex.limits.polish import Evaluation
+from lobex.operators.duhamel import Duhamel
 from lobex.operators.operator import Method
 from lobex.processes.process import Process
 from lobex.results.boundary import Boundary, BoundaryCurve
@@ -39,7 +43,7 @@ def boundary(
     source: Chart | Process,
     speed: Any = None,
     gain: Any = None,
-    method: Method | None = None,
+    method: Method | CharacteristicRoots | None = None,
     *,
     progress: bool = False,
 ) -> Boundary:
@@ -64,7 +68,8 @@ def boundary(
         source: a ``Chart``, or a process, such as ``Rub(modes)``, with the grid and method of a chart.
         speed: increasing speeds, Hz (revolutions per second), (n,), n ≥ 2; of a process only.
         gain: increasing gains, (m,), m ≥ 2; of a process only.
-        method: ``Chebyshev(…)`` or ``SemiDiscretization(…)``; of a process only.
+        method: of the map, as ``sweep`` takes it, ``Chebyshev(nodes=40)`` if None; of a process only. Vertices are
+            polished with it, or, where it chooses its nodes or has no operator, with ``Duhamel(nodes=40)``.
         progress: show a progress bar on standard error.
 
     Returns:
@@ -82,12 +87,12 @@ def boundary(
         for name, value in (("speed", speed), ("gain", gain), ("method", method)):
             if value is not None:
                 raise ValueError(f"{name} = {_checks.brief(value)} beside a chart, which has its own; leave it out")
-        chart, process, chosen = source, rebuild(source.process), rebuild(source.method)
+        chart, process, chosen = source, rebuild(source.process), _of_fixed_size(rebuild(source.method))
     else:
         if speed is None or gain is None:
             raise ValueError("source is a process: give the speeds and gains of the map to trace from, too")
-        process, chosen = source, DEFAULT_METHOD if method is None else method
-        chart = sweep(process, speed, gain, chosen, progress=progress)
+        process, chosen = source, _of_fixed_size(method) if method is not None else DEFAULT_METHOD
+        chart = sweep(process, speed, gain, chosen if method is None else method, progress=progress)
     if min(chart.spectral_radius.shape) < 2:
         raise ValueError(f"a chart of shape {chart.spectral_radius.shape} has no contours; take two or more of each")
     with jax.enable_x64(True):
@@ -122,6 +127,12 @@ def boundary(
         method=chart.method,
         seconds=time.perf_counter() - begun,
     )
+
+
+def _of_fixed_size(method: Method | CharacteristicRoots) -> Method:
+    """An operator whose values at neighbouring points are those of one smooth function."""
+    operator = operator_of(method)
+    return replace(operator, nodes=operator.count) if isinstance(operator, Duhamel) else operator
 
 
 def _trace(process: Process, method: Method, chart: Chart) -> tuple[tuple[BoundaryCurve, ...], float, int, int]:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from contourpy import LineType, contour_generator
 
-from lobex.limits.hidden import hidden_crossings
+from lobex._hidden import hidden_crossings
 from lobex.limits.polish import Evaluation, along_edge, along_gradient
 
 # A chord that is off its curve by more than this, in cells, gets a vertex in its middle, in so many rounds.

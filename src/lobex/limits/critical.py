@@ -1,4 +1,4 @@
-"""The critical gain of any process: a scan brackets every crossing of max|μ| = 1, Newton's method polishes it."""
+"""The critical gain of any process: every change of stability is found, polished, and labelled."""
 
 import time
 import warnings
@@ -10,56 +10,57 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex import _checks
-from lobex.floquet import dense
-from lobex.floquet.chatter import chatter_frequency
-from lobex.grids.evaluation import dominant_at_points, dominant_over_grid
+from lobex.characteristic.method import CharacteristicRoots
+from lobex.floquet import power
+from lobex.grids.choice import check_sweep_method, chosen_method, operator_of
 from lobex.grids.resolution import oddities
 from lobex.grids.sweep import SweepWarning
-from lobex.limits.batches import in_batches
-from lobex.limits.growth import Crossing, find_crossing, growth, growth_and_slope
-from lobex.limits.hidden import hidden_crossings
+from lobex.limits.axis import changes_on_axis
+from lobex.limits.crossings import TIE, Crossings, label_densely, operator_family, polished
+from lobex.limits.growth import SQUARINGS, find_crossing, growth
+from lobex.limits.scan import scan_gains
 from lobex.operators.operator import Method
 from lobex.processes.process import Process, check_gain, check_process, check_speed
 from lobex.results.description import describe
 from lobex.results.limit import Kind, Limit, Status
-from lobex.verbs import DEFAULT_METHOD, check_method
 
 Array = Any
 
-_REFINEMENTS = 2
-_PARTS = 8
-# A polished limit leaves log max|μ| below this; a second multiplier is in a tie within the wider one.
-_CONVERGED = 1e-9
-_TIE = 1e-7
+# Of the scan under transformations, where only the sign counts.
+_SCAN_SQUARINGS = 16
 
 
 def critical_gain(
     process: Process,
     speed: Any,
     bounds: tuple[Any, Any],
-    method: Method = DEFAULT_METHOD,
+    method: Method | CharacteristicRoots | None = None,
     *,
     scan: int = 65,
     progress: bool = False,
 ) -> Limit:
     """The lowest gain within bounds at which a process turns from stable to unstable, per speed.
 
-    A scan of ``scan`` equally spaced gains brackets the sign changes of log max|μ|; cells in which the
-    neighbours' slopes point across zero are divided further. Newton's method with the derivative of the
-    dominant multiplier then polishes every crossing, of all speeds side by side, within its bracket and in a
-    fixed number of steps. An instability that begins and ends between two scanned gains without showing in
+    For constant coefficients every gain at which a root stands on the imaginary axis is found at once, and with them
+    the number of unstable roots at all gains: nothing is scanned, and the limits are good to rounding.
+
+    With an operator, a scan of ``scan`` equally spaced gains brackets the sign changes of log max|μ|; cells in which
+    the neighbours' slopes point across zero are divided further. Newton's method with the derivative of the
+    dominant multiplier then polishes every crossing, of all speeds side by side, within its bracket and in
+    ten steps at most. An instability that begins and ends between two scanned gains without showing in
     the slopes beside it is missed: take a finer scan.
 
-    Under ``jit``, ``grad`` or ``vmap`` the lowest crossing alone is found, and ``gain`` carries the
-    derivative by the implicit function theorem with respect to speed and every number of the process;
+    Under ``jit``, ``grad`` or ``vmap`` the lowest crossing alone is found, with an operator of fixed size, and ``gain``
+    carries the derivative by the implicit function theorem with respect to speed and every number of the process;
     ``intervals`` and ``error`` are NaN there.
 
     Args:
         process: a process, such as ``Rub(modes)``.
         speed: speeds, Hz (revolutions per second), (n,) or one number.
         bounds: lowest and highest gain, in the units of the process' gain.
-        method: ``Chebyshev(…)`` or ``SemiDiscretization(…)``.
-        scan: number of gains in the scan.
+        method: None for ``CharacteristicRoots()`` where the process has constant coefficients and one contact
+            direction, and ``Duhamel()`` elsewhere; or one of these, ``Chebyshev(…)`` or ``SemiDiscretization(…)``.
+        scan: number of gains in the scan of an operator.
         progress: show a progress bar on standard error.
 
     Returns:
@@ -74,7 +75,7 @@ def critical_gain(
             all speeds lie above every lobe.
     """
     check_process(process)
-    check_method(method)
+    check_sweep_method(method)
     scan = _checks.integer("scan", scan, 3)
     if np.ndim(bounds) != 1 or len(bounds) != 2:
         raise ValueError(f"bounds = {bounds!r} must be two gains, the lowest and the highest")
@@ -87,10 +88,13 @@ def critical_gain(
         raise ValueError(f"bounds = {tuple(map(float, bounds))} must be increasing; give the lowest gain first")
     gains = np.linspace(float(bounds[0]), float(bounds[1]), scan)
     if any(map(_checks.is_traced, jax.tree.leaves((process, speed)))):
-        return _traced(process, jnp.atleast_1d(speed), gains, method)
+        return _traced(process, jnp.atleast_1d(speed), gains, operator_of(method))
     begun = time.perf_counter()
     speeds = np.atleast_1d(np.asarray(speed, dtype=np.float64))
-    for message in oddities(process, method, float(speeds.min()), float(gains[-1])):
+    slowest = float(speeds.min())
+    if method is None:
+        method = chosen_method(process, slowest)
+    for message in oddities(process, method, slowest, float(gains[-1])):
         warnings.warn(message, SweepWarning, stacklevel=2)
     with jax.enable_x64(True):
         process = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=np.float64), process)
@@ -98,7 +102,14 @@ def critical_gain(
     return _limit(process, speeds, gains, method, time.perf_counter() - begun, **parts)
 
 
-def _limit(process: Process, speeds: Array, gains: np.ndarray, method: Method, seconds: float, **parts: Array) -> Limit:
+def _limit(
+    process: Process,
+    speeds: Array,
+    gains: np.ndarray,
+    method: Method | CharacteristicRoots,
+    seconds: float,
+    **parts: Array,
+) -> Limit:
     return Limit(
         speed=speeds,
         bounds=(float(gains[0]), float(gains[-1])),
@@ -112,123 +123,59 @@ def _limit(process: Process, speeds: Array, gains: np.ndarray, method: Method, s
 
 
 def _search(
+    process: Process, speeds: np.ndarray, gains: np.ndarray, method: Method | CharacteristicRoots, progress: bool
+) -> dict[str, np.ndarray]:
+    if not isinstance(method, CharacteristicRoots):
+        return _by_operator(process, speeds, gains, method, progress)
+    stable, settled, changes = changes_on_axis(process, speeds, float(gains[0]), float(gains[-1]))
+    parts = _assembled(stable, np.full(len(speeds), np.inf), changes, gains)
+    left = np.flatnonzero(~settled)
+    if not left.size:
+        return parts
+    others = _by_operator(process, speeds[left], gains, operator_of(method), progress)
+    wide = [max(part["intervals"].shape[1] for part in (parts, others))]
+    for target in (parts, others):
+        missing = wide[0] - target["intervals"].shape[1]
+        target["intervals"] = np.pad(target["intervals"], ((0, 0), (0, missing), (0, 0)), constant_values=np.nan)
+    for name, values in parts.items():
+        values[left] = others[name]
+    return parts
+
+
+def _by_operator(
     process: Process, speeds: np.ndarray, gains: np.ndarray, method: Method, progress: bool
 ) -> dict[str, np.ndarray]:
-    scanned = np.abs(dominant_over_grid(process, speeds, gains, method, progress).multiplier)
-    lane, gain, value = _refine(process, speeds, gains, method, _log(scanned))
-    opening = np.flatnonzero((lane[1:] == lane[:-1]) & (value[1:] * value[:-1] < 0))
-    ends = (value[opening], value[opening + 1])
-    found = _polish(process, speeds[lane[opening]], gain[opening], gain[opening + 1], ends, method)
-    converged = np.abs(found.growth) < _CONVERGED
-    crossings = np.where(converged, found.gain, np.nan)
+    scan = scan_gains(process, method, speeds, gains, progress)
+    changes = polished(process, method, speeds, scan.brackets)
+    unsure = np.isnan(changes.gain)
+    # A crossing that was not polished hides what lies around it from every limit above, as a failed sample does.
+    hidden = scan.failed
+    np.minimum.at(hidden, changes.lane[unsure], scan.brackets.low[unsure])
+    return _assembled(scan.stable, hidden, changes, gains)
 
-    first = np.searchsorted(lane, np.arange(len(speeds)))
-    stable = value[first] < 0
-    lowest = np.searchsorted(lane[opening], np.arange(len(speeds)))
-    count = np.bincount(lane[opening], minlength=len(speeds))
+
+def _assembled(stable: np.ndarray, hidden: np.ndarray, changes: Crossings, gains: np.ndarray) -> dict[str, np.ndarray]:
+    """The limits of n speeds: whether the lowest gain is stable, (n,), the gain above which something failed, (n,)."""
+    number = np.arange(len(stable))
+    count = np.bincount(changes.lane, minlength=len(stable))
     has = stable & (count > 0)
-    pick = np.where(has, lowest, 0)
-    limit = np.where(has, crossings[pick], np.nan) if len(crossings) else np.full(len(speeds), np.nan)
+    pick = np.where(has, np.searchsorted(changes.lane, number), -1)
+    # One more entry, for the speeds without a limit.
+    gain, frequency, kind, tie, error = (np.append(part, np.nan)[pick] for part in changes[1:])
+    lost = np.isfinite(hidden)
+    unsure = lost & ~(gain < hidden)
     status = np.where(stable, np.where(has, Status.FOUND, Status.NONE_IN_RANGE), Status.UNSTABLE_AT_THE_LOWER_BOUND)
-    # A sample that failed, or a crossing that was not polished, hides what lies around it from every limit above.
-    hidden_lane = np.r_[lane[np.isnan(value)], lane[opening][~converged]]
-    hidden_gain = np.full(len(speeds), np.inf)
-    np.minimum.at(hidden_gain, hidden_lane, np.r_[gain[np.isnan(value)], gain[opening][~converged]])
-    lost = np.isfinite(hidden_gain)
-    unsure = lost & ~(limit < hidden_gain)
+    status = np.where(has & (tie == 1), Status.TIE, status)
     status = np.where(unsure, Status.NOT_CONVERGED, status)
-    limit = np.where(unsure, np.nan, limit)
-
-    at = np.flatnonzero(np.isfinite(limit))
-    frequency, kind, error = (np.full(len(speeds), np.nan) for _ in range(3))
-    if at.size:
-        frequency[at], kind[at], tie = _label(process, speeds[at], limit[at], method)
-        status[at[tie]] = Status.TIE
-        error[at] = _error(process, speeds[at], limit[at], found.slope[pick[at]], method)
+    known = has & ~unsure
     return {
-        "gain": limit,
-        "chatter_frequency": frequency,
-        "kind_code": np.nan_to_num(kind).astype(np.int8),
+        "gain": np.where(known, gain, np.nan),
+        "chatter_frequency": np.where(known, frequency, np.nan),
+        "kind_code": np.where(known, np.nan_to_num(kind), Kind.NONE).astype(np.int8),
         "status_code": status.astype(np.int8),
-        "intervals": _intervals(stable, lane[opening], crossings, gains, lost),
-        "error": error,
+        "intervals": _intervals(stable, changes.lane, changes.gain, gains, lost),
+        "error": np.where(known, error, np.nan),
     }
-
-
-def _log(modulus: np.ndarray) -> np.ndarray:
-    """log |μ|, with exactly 1 taken as just unstable and 0 as far below."""
-    with np.errstate(divide="ignore"):
-        growth = np.maximum(np.log(modulus), -1e3)
-    return np.where(growth == 0, np.finfo(float).tiny, growth)
-
-
-def _refine(
-    process: Process, speeds: np.ndarray, gains: np.ndarray, method: Method, scanned: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The samples of the scan, (lane, gain, growth) in order, with more where a pair of crossings may hide."""
-    lane = np.repeat(np.arange(len(speeds)), len(gains))
-    gain, value = np.tile(gains, len(speeds)), scanned.ravel()
-    for _ in range(_REFINEMENTS):
-        cells, _ = hidden_crossings(lane, gain, value)
-        share = np.arange(1, _PARTS) / _PARTS
-        more_lane = np.repeat(lane[cells], _PARTS - 1)
-        more_gain = (gain[cells, None] + share * (gain[cells + 1] - gain[cells])[:, None]).ravel()
-        more = dominant_at_points(process, speeds[more_lane], more_gain, method).multiplier
-        lane, gain = np.r_[lane, more_lane], np.r_[gain, more_gain]
-        value = np.r_[value, _log(np.abs(more))]
-        order = np.lexsort((gain, lane))
-        lane, gain, value = lane[order], gain[order], value[order]
-    return lane, gain, value
-
-
-def _polish(
-    process: Process, speeds: np.ndarray, low: np.ndarray, high: np.ndarray, ends: tuple, method: Method
-) -> Crossing:
-    if not len(speeds):
-        return Crossing(*(np.empty(0) for _ in Crossing._fields))
-    return in_batches(_crossings, (process, method), (speeds, low, high, *ends))
-
-
-def _label(
-    process: Process, speeds: np.ndarray, gains: np.ndarray, method: Method
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Chatter frequency, kind and whether it is a tie, at limits."""
-    frequency, kind, rival = in_batches(_labels, (process, method), (speeds, gains))
-    return frequency, kind, np.log(rival) > -_TIE
-
-
-def _error(process: Process, speeds: np.ndarray, gains: np.ndarray, slope: np.ndarray, method: Method) -> np.ndarray:
-    """How far the limit moves on a finer discretisation: one Newton step there."""
-    finer = np.abs(dominant_at_points(process, speeds, gains, method.finer()).multiplier)
-    return np.abs(_log(finer) / slope)
-
-
-@jax.jit
-def _crossings(
-    process: Process, method: Method, speed: Array, low: Array, high: Array, start: Array, end: Array
-) -> Crossing:
-    def one(speed: Array, low: Array, high: Array, start: Array, end: Array) -> Crossing:
-        return find_crossing(process, method, speed, low, high, (start, end))
-
-    return jax.vmap(one)(speed, low, high, start, end)
-
-
-@jax.jit
-def _labels(process: Process, method: Method, speed: Array, gain: Array) -> tuple[Array, Array, Array]:
-    return jax.vmap(partial(_label_point, process, method))(speed, gain)
-
-
-def _label_point(process: Process, method: Method, speed: Array, gain: Array) -> tuple[Array, Array, Array]:
-    """Chatter frequency, kind, and the modulus of the strongest multiplier that is not of the dominant pair."""
-    system = process.system(speed, gain)
-    operator = method.operator(system)
-    value, vector = dense.dominant_pair(operator.matrix)
-    frequency = chatter_frequency(operator, system.delay, value, vector)
-    real = jnp.abs(value.imag) <= 1e-9 * jnp.abs(value)
-    kind = jnp.where(real, jnp.where(value.real < 0, Kind.FLIP, Kind.FOLD), Kind.HOPF)
-    others = dense.all_multipliers(operator.matrix)
-    same = jnp.minimum(jnp.abs(others - value), jnp.abs(others - value.conj())) <= 1e-9 * jnp.abs(value)
-    return frequency, kind, jnp.max(jnp.where(same, 0.0, jnp.abs(others)))
 
 
 def _intervals(
@@ -254,13 +201,14 @@ def _traced(process: Process, speeds: Array, gains: np.ndarray, method: Method) 
     fixed = jax.lax.stop_gradient((process, speeds))
 
     def search(speed: Array) -> tuple[Array, Array, Array, Array, Array]:
-        values = jax.vmap(lambda g: growth_and_slope(fixed[0], method, speed, g)[0])(jnp.asarray(gains))
+        _, family = operator_family(fixed[0], method, speed, jnp.asarray(gains[0]))
+        values = jax.vmap(lambda g: _growth_of(family(g)))(jnp.asarray(gains))
         unstable = values >= 0
         first = jnp.argmax(unstable)
         before = jnp.maximum(first - 1, 0)
         ends = values[before], values[first]
         low, high = jnp.asarray(gains)[before], jnp.asarray(gains)[first]
-        crossing = find_crossing(fixed[0], method, speed, low, high, ends)
+        crossing = find_crossing(family, low, high, ends, SQUARINGS)
         bracketed = unstable.any() & (first > 0)
         good = bracketed & (jnp.abs(crossing.growth) < jnp.sqrt(jnp.finfo(values.dtype).eps) / 10)
         status = jnp.where(
@@ -273,9 +221,10 @@ def _traced(process: Process, speeds: Array, gains: np.ndarray, method: Method) 
             ),
         )
         gain: Array = jnp.where(good, crossing.gain, jnp.nan)
-        frequency, kind, rival = _label_point(fixed[0], method, speed, jnp.nan_to_num(gain, nan=gains[0]))
-        status = jnp.where(good & (jnp.log(rival) > -_TIE), Status.TIE, status)
-        return gain, status, jnp.where(good, frequency, jnp.nan), jnp.where(good, kind, Kind.NONE), crossing.slope
+        label = label_densely(fixed[0], method, speed, jnp.nan_to_num(gain, nan=gains[0]))
+        status = jnp.where(good & (jnp.log(label.rival) > -TIE), Status.TIE, status)
+        frequency = jnp.where(good, label.frequency, jnp.nan)
+        return gain, status, frequency, jnp.where(good, label.kind, Kind.NONE), crossing.slope
 
     root, status, frequency, kind, slope = jax.lax.stop_gradient(jax.lax.map(search, fixed[1]))
     # On the limit the growth stays zero: ∂F/∂θ dθ + ∂F/∂g dg = 0.
@@ -296,3 +245,8 @@ def _traced(process: Process, speeds: Array, gains: np.ndarray, method: Method) 
         error=nothing[:, 0, 0],
         **parts,
     )
+
+
+def _growth_of(matrix: Array) -> Array:
+    pair = power.dominant(matrix, jnp.asarray(_SCAN_SQUARINGS))
+    return jnp.log(jnp.sum(pair.value**2)) / 2

@@ -1,36 +1,32 @@
 """Growth per delay, log max|μ|, its slope, and the gain at which it is zero."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 
-from lobex.floquet.dense import largest_modulus
-from lobex.floquet.iteration import dominant_triple
+from lobex.floquet import dense, power
+from lobex.floquet.dense import Triple, largest_modulus
 from lobex.operators.operator import Method
 from lobex.processes.process import Process
 
 Array = Any
+# The operator's matrix as a function of the gain.
+Family = Callable[[Array], Array]
 
 _NEWTON_STEPS = 10
 # A slope is good for steering Newton's method long before it is exact.
 _USABLE_RESIDUAL = 1e-6
+# A polished limit leaves log max|μ| below this; steps end well below it.
+CONVERGED = 1e-9
+_DONE = 1e-12
+SQUARINGS = 10
 
 
 def growth(process: Process, method: Method, speed: Array, gain: Array) -> Array:
     """log max|μ| at one point, below 0 where stable; differentiable by the rule of the dominant multiplier."""
     return jnp.log(largest_modulus(method.operator(process.system(speed, gain)).matrix))
-
-
-def growth_and_slope(process: Process, method: Method, speed: Array, gain: Array) -> tuple[Array, Array, Array]:
-    """log max|μ| at one point, its derivative by the gain, and a residual; without the dense solver."""
-
-    def matrix(gain: Array) -> Array:
-        return method.operator(process.system(speed, gain)).matrix
-
-    operator, change = jax.jvp(matrix, (gain,), (jnp.ones_like(gain),))
-    value, right, left, residual = dominant_triple(operator)
-    return jnp.log(jnp.abs(value)), _rate(value, right, left, change), residual
 
 
 def growth_and_gradient(
@@ -44,54 +40,70 @@ def growth_and_gradient(
     one, zero = jnp.ones_like(speed), jnp.zeros_like(speed)
     operator, by_speed = jax.jvp(matrix, (speed, gain), (one, zero))
     _, by_gain = jax.jvp(matrix, (speed, gain), (zero, one))
-    value, right, left, residual = dominant_triple(operator)
-    rates = (_rate(value, right, left, change) for change in (by_speed, by_gain))
-    return jnp.log(jnp.abs(value)), *rates, residual
+    triple, residual = power.dominant_triple(operator, SQUARINGS)
+    rates = (_rate(triple, change) for change in (by_speed, by_gain))
+    return jnp.log(jnp.abs(triple.value)), *rates, residual
 
 
-def _rate(value: Array, right: Array, left: Array, change: Array) -> Array:
+def _rate(triple: Triple, change: Array) -> Array:
     """d log|μ| of a change dU of the operator: Re (wᵀ dU v)/(wᵀ v)/μ."""
+    value, right, left = triple
     return ((left @ (change @ right)) / (left @ right) / value).real
 
 
 class Crossing(NamedTuple):
-    """A root of the growth in a bracket: the gain, the growth left there, its slope, and the width bracketed."""
+    """A root of the growth in a bracket: the gain, the growth left there, and its slope."""
 
     gain: Array
     growth: Array
     slope: Array
-    width: Array
+
+
+# Steps taken, the ends of the bracket, the next gain, and the best so far.
+_Search = tuple[Array, Array, Array, Array, Crossing]
 
 
 def find_crossing(
-    process: Process, method: Method, speed: Array, low: Array, high: Array, ends: tuple[Array, Array]
+    family: Family, low: Array, high: Array, ends: tuple[Array, Array], squarings: Array, densely: bool = False
 ) -> Crossing:
     """The gain in [low, high] at which the growth, of the values ``ends`` there, changes sign.
 
-    For one point: a fixed number of Newton steps that stay in the bracket. A step that leaves it, or whose
-    slope is not finite or not trusted, is a bisection, so that the bracket shrinks over a kink, where two
-    multipliers change places, as well. NaN where the ends do not bracket.
+    For one point: Newton steps, ten at most, that stay in the bracket. A step that leaves it, or whose slope is not
+    finite or not trusted, is a bisection, so that the bracket shrinks over a kink, where two multipliers change
+    places, as well. NaN where the ends do not bracket.
+
+    Args:
+        family: the operator's matrix, (N, N), at a gain.
+        low, high: the bracket.
+        ends: the growth at both.
+        squarings: work of the multiplier, see ``floquet.power``.
+        densely: by the dense solver instead.
     """
     start, end = ends
     # Near convergence one end is the root itself, and rounding puts a good step just outside the bracket.
-    margin = 1e-9 * (high - low)
+    margin = 1e-6 * (high - low)
 
-    def step(state: tuple[Array, Array, Array, Crossing], _: None) -> tuple[tuple[Array, Array, Array, Crossing], None]:
-        low, high, gain, best = state
-        value, slope, residual = growth_and_slope(process, method, speed, gain)
+    def step(state: _Search) -> _Search:
+        count, low, high, gain, best = state
+        matrix, change = jax.jvp(family, (gain,), (jnp.ones_like(gain),))
+        if densely:
+            triple, residual = dense.triple(matrix), jnp.zeros_like(gain)
+        else:
+            triple, residual = power.dominant_triple(matrix, squarings)
+        value, slope = jnp.log(jnp.abs(triple.value)), _rate(triple, change)
         trusted = residual < _USABLE_RESIDUAL
         same = jnp.sign(value) == jnp.sign(start)
         low, high = jnp.where(trusted & same, gain, low), jnp.where(trusted & ~same, gain, high)
         better = trusted & ~(jnp.abs(value) >= jnp.abs(best.growth))
-        here = Crossing(gain, value, slope, high - low)
-        best = jax.tree.map(lambda new, old: jnp.where(better, new, old), here, best)
+        best = jax.tree.map(lambda new, old: jnp.where(better, new, old), Crossing(gain, value, slope), best)
         newton = gain - value / slope
         inside = trusted & (newton > low - margin) & (newton < high + margin)
-        return (low, high, jnp.where(inside, newton, (low + high) / 2), best), None
+        return count + 1, low, high, jnp.where(inside, newton, (low + high) / 2), best
+
+    def going(state: _Search) -> Array:
+        return (state[0] < _NEWTON_STEPS) & ~(jnp.abs(state[4].growth) < _DONE) & (start * end < 0)
 
     # Regula falsi of the ends is the first guess, kept off the ends themselves.
     share = jnp.clip(start / (start - end), 0.02, 0.98)
-    none = Crossing(*(jnp.full_like(start, jnp.nan),) * 4)
-    state = (low, high, low + share * (high - low), none)
-    best = jax.lax.scan(step, state, None, length=_NEWTON_STEPS)[0][3]
-    return jax.tree.map(lambda part: jnp.where(start * end < 0, part, jnp.nan), best)
+    none = Crossing(*(jnp.full_like(start, jnp.nan),) * 3)
+    return jax.lax.while_loop(going, step, (0, low, high, low + share * (high - low), none))[4]

@@ -9,6 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex import _checks
+from lobex.characteristic.method import CharacteristicRoots
+from lobex.grids.choice import operator_of
 from lobex.limits.batches import in_batches
 from lobex.limits.critical import critical_gain
 from lobex.limits.exact_limit import exact_limit
@@ -19,7 +21,6 @@ from lobex.processes.process import Process, check_process
 from lobex.results.limit import Limit
 from lobex.results.rebuild import rebuild
 from lobex.results.sensitivities import Sensitivities
-from lobex.verbs import DEFAULT_METHOD
 
 Array = Any
 Builder = Callable[[Any], Process]
@@ -31,7 +32,7 @@ def sensitivities(
     process: Process | Builder,
     speed: Any,
     bounds: tuple[Any, Any] | None = None,
-    method: Method = DEFAULT_METHOD,
+    method: Method | CharacteristicRoots | None = None,
     *,
     at: Mapping[str, Any] | None = None,
     scan: int = 65,
@@ -57,7 +58,7 @@ def sensitivities(
         process: a process or, with ``at``, a function of a dictionary of numbers that makes one in pure JAX.
         speed: speeds, Hz (revolutions per second), (n,) or one number.
         bounds: lowest and highest gain of a search, as ``critical_gain`` takes them; None for ``exact_limit``.
-        method: ``Chebyshev(…)`` or ``SemiDiscretization(…)``, used with ``bounds``.
+        method: as ``critical_gain`` takes it, used with ``bounds``; derivatives are those of an operator in any case.
         at: numbers or arrays of numbers by name, handed to the function ``process``.
         scan: number of gains in the scan, used with ``bounds``.
         progress: show a progress bar on standard error.
@@ -86,7 +87,7 @@ def sensitivities(
         limit = exact_limit(model, speed)
     else:
         limit = critical_gain(model, speed, bounds, method, scan=scan, progress=progress)
-    return at_limit(limit, build, parameters, None if bounds is None else method)
+    return at_limit(limit, build, parameters, None if bounds is None else operator_of(method))
 
 
 def sensitivities_of(limit: Limit) -> Sensitivities:
@@ -98,7 +99,7 @@ def sensitivities_of(limit: Limit) -> Sensitivities:
     process = rebuild(limit.process)
     _refuse_measurements(process)
     closed = limit.method["type"] == _CLOSED_FORM
-    return at_limit(limit, _itself, process, None if closed else rebuild(limit.method))
+    return at_limit(limit, _itself, process, None if closed else operator_of(rebuild(limit.method)))
 
 
 def at_limit(limit: Limit, build: Builder, parameters: Any, method: Method | None) -> Sensitivities:

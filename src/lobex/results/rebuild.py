@@ -24,7 +24,7 @@ def rebuild(description: Any) -> Any:
     if name == "Complex":
         return fields["real"] + 1j * fields["imag"]
     made = getattr(lobex, name, None) if name in lobex.__all__ else None
-    if not inspect.isclass(made) or not fields:
+    if not inspect.isclass(made) or (inspect.signature(made).parameters and not fields):
         raise ValueError(
             f"the result describes {name!r}, which cannot be made again from a description; "
             "call the verb with the process itself"

@@ -17,10 +17,11 @@ def hidden_crossings(lane: np.ndarray, place: np.ndarray, value: np.ndarray) -> 
     cell = np.arange(1, len(lane) - 2)
     cell = cell[lane[cell - 1] == lane[cell + 2]]
     step = place[cell + 1] - place[cell]
-    left = (value[cell] - value[cell - 1]) / (place[cell] - place[cell - 1])
-    right = (value[cell + 2] - value[cell + 1]) / (place[cell + 2] - place[cell + 1])
     sign = np.sign(value[cell])
+    # Samples may coincide, and may have failed.
     with np.errstate(divide="ignore", invalid="ignore"):
+        left = (value[cell] - value[cell - 1]) / (place[cell] - place[cell - 1])
+        right = (value[cell + 2] - value[cell + 1]) / (place[cell + 2] - place[cell + 1])
         meeting = (value[cell + 1] - value[cell] - right * step) / (left - right)
         height = value[cell] + left * meeting
     inside = (meeting > 0) & (meeting < step)

@@ -1,0 +1,203 @@
+"""Polished crossings with their labels: frequency, kind, tie and error, with the operator's own nodes at each."""
+
+import os
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from lobex.floquet import dense, power
+from lobex.floquet.chatter import carrier_frequency, chatter_frequency
+from lobex.floquet.dense import Triple
+from lobex.floquet.power import as_pair
+from lobex.grids.evaluation import dominant_at_points
+from lobex.limits.growth import CONVERGED, SQUARINGS, Crossing, Family, find_crossing
+from lobex.operators.duhamel import Duhamel
+from lobex.operators.elimination import inverse
+from lobex.operators.operator import Method
+from lobex.processes.process import Process
+from lobex.results.limit import Kind
+
+Array = Any
+
+# A second multiplier is in a tie where its log|μ| at the limit is above minus this.
+TIE = 1e-7
+_SAME = 1e-9
+_BATCH = 64
+# Work per crossing, lightest first: squarings of the operator, or 0 for the dense solver.
+_EFFORTS = (SQUARINGS, 24, 0)
+_RESIDUAL = 1e-9
+
+
+class Label(NamedTuple):
+    """Of a crossing: chatter frequency (Hz), kind, |μ| of the strongest multiplier beside the dominant pair, the
+    estimated relative error of |μ| (NaN where the method gives none), and the residual of the pair."""
+
+    frequency: Array
+    kind: Array
+    rival: Array
+    error: Array
+    residual: Array
+
+
+class Crossings(NamedTuple):
+    """Gains at which stability changes, by speed and then by gain, each (e,).
+
+    Attributes:
+        lane: number of the speed.
+        gain: NaN where it did not converge.
+        frequency: chatter frequency, Hz.
+        kind: member of ``Kind``.
+        tie: whether a second multiplier is on the unit circle as well.
+        error: estimated error of the gain.
+    """
+
+    lane: np.ndarray
+    gain: np.ndarray
+    frequency: np.ndarray
+    kind: np.ndarray
+    tie: np.ndarray
+    error: np.ndarray
+
+
+class Brackets(NamedTuple):
+    """Pairs of gains between which the growth changes sign, each (e,): lane, gains, growth, and nodes to use."""
+
+    lane: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    start: np.ndarray
+    end: np.ndarray
+    nodes: np.ndarray
+
+
+def polished(process: Process, method: Method, speeds: np.ndarray, brackets: Brackets) -> Crossings:
+    """The crossings in brackets at speeds (n,), Hz, of all lanes side by side; call in the scope of float64."""
+    count = len(brackets.lane)
+    parts = [np.full(count, np.nan) for _ in range(len(Crossing._fields) + len(Label._fields))]
+    gain, growth, slope, frequency, kind, rival, error, residual = parts
+    for nodes in np.unique(brackets.nodes):
+        sized = replace(method, nodes=int(nodes)) if isinstance(method, Duhamel) else method
+        left = np.flatnonzero(brackets.nodes == nodes)
+        for effort in _EFFORTS:
+            arrays = speeds[brackets.lane[left]], *(a[left] for a in brackets[1:5])
+            results = _on_all_cores(partial(_polished, process, sized, effort, densely=effort == 0), arrays)
+            for target, result in zip(parts, results, strict=True):
+                target[left] = result
+            left = left[~((np.abs(growth[left]) < CONVERGED) & (residual[left] < _RESIDUAL))]
+            if not left.size:
+                break
+    converged = np.abs(growth) < CONVERGED
+    if np.isnan(error[converged]).any():
+        error[converged] = _from_finer(process, method, speeds[brackets.lane[converged]], gain[converged])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        tie, moved = np.log(rival) > -TIE, np.abs(error / slope)
+    return Crossings(brackets.lane, np.where(converged, gain, np.nan), frequency, kind, tie & converged, moved)
+
+
+def _from_finer(process: Process, method: Method, speeds: np.ndarray, gains: np.ndarray) -> np.ndarray:
+    """What a finer discretisation makes of |μ| = 1."""
+    with np.errstate(divide="ignore"):
+        return np.abs(np.log(np.abs(dominant_at_points(process, speeds, gains, method.finer()).multiplier)))
+
+
+def _on_all_cores(function: Any, arrays: tuple[np.ndarray, ...]) -> list[np.ndarray]:
+    """``function`` of batches of one size, the last filled up with repeats, on every core."""
+    total = len(arrays[0])
+
+    def work(start: int) -> Any:
+        index = np.resize(np.arange(start, min(start + _BATCH, total)), _BATCH)
+        # The scope of float64 belongs to a thread.
+        with jax.enable_x64(True):
+            return [np.asarray(part) for part in function(*(a[index] for a in arrays))]
+
+    starts = range(0, total, _BATCH)
+    first = work(0)
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        rest = list(pool.map(work, starts[1:]))
+    return [np.concatenate(part)[:total] for part in zip(first, *rest, strict=True)]
+
+
+@partial(jax.jit, static_argnames="densely")
+def _polished(
+    process: Process,
+    method: Method,
+    squarings: Array,
+    speed: Array,
+    low: Array,
+    high: Array,
+    start: Array,
+    end: Array,
+    densely: bool,
+) -> tuple[Array, ...]:
+    def one(speed: Array, low: Array, high: Array, start: Array, end: Array) -> tuple[Array, ...]:
+        prepared, family = operator_family(process, method, speed, low, densely)
+        crossing = find_crossing(family, low, high, (start, end), squarings, densely)
+        gain = jnp.where(jnp.isnan(crossing.gain), low, crossing.gain)
+        return *crossing, *_label(process, method, prepared, family, speed, gain, squarings, densely)
+
+    return jax.vmap(one)(speed, low, high, start, end)
+
+
+def operator_family(
+    process: Process, method: Method, speed: Array, gain: Array, densely: bool = False
+) -> tuple[Any, Family]:
+    """What a method prepares at a speed, once for all gains, and the operator's matrix as a function of the gain."""
+    if isinstance(method, Duhamel):
+        prepared = method.prepare(process.system(speed, gain))
+        solve = jnp.linalg.inv if densely else inverse
+        return prepared, lambda gain: method.assemble(prepared, process.system(speed, gain).feedback, solve)
+    return None, lambda gain: method.operator(process.system(speed, gain)).matrix
+
+
+def _label(
+    process: Process,
+    method: Method,
+    prepared: Any,
+    family: Family,
+    speed: Array,
+    gain: Array,
+    squarings: Array,
+    densely: bool,
+) -> Label:
+    """What goes on at one limit."""
+    matrix, system = family(gain), process.system(speed, gain)
+    if densely:
+        triple, residual = dense.triple(matrix), jnp.zeros_like(gain)
+    else:
+        triple, residual = power.dominant_triple(matrix, squarings)
+    value = triple.value
+    if isinstance(method, Duhamel):
+        motion = method.motion(prepared, system, as_pair(value), as_pair(triple.right))
+        frequency = carrier_frequency(motion.phase, motion.weight, motion.output, system.delay, as_pair(value))
+        error = motion.error
+    else:
+        frequency = chatter_frequency(method.operator(system), system.delay, value, triple.right)
+        error = jnp.full_like(gain, jnp.nan)
+    real = jnp.abs(value.imag) <= _SAME * jnp.abs(value)
+    kind = jnp.where(real, jnp.where(value.real < 0, Kind.FLIP, Kind.FOLD), Kind.HOPF)
+    rival = _rival(matrix, triple, real, squarings, densely)
+    return Label(frequency, kind, rival, error, residual)
+
+
+def _rival(matrix: Array, triple: Triple, real: Array, squarings: Array, densely: bool) -> Array:
+    """|μ| of the strongest multiplier beside the dominant one and its conjugate."""
+    value, right, left = triple
+    if densely:
+        others = dense.all_multipliers(matrix)
+        same = jnp.minimum(jnp.abs(others - value), jnp.abs(others - value.conj())) <= _SAME * jnp.abs(value)
+        return jnp.max(jnp.where(same, 0.0, jnp.abs(others)))
+    part = (value / (left @ right)) * (right[:, None] * left)
+    rest = matrix - jnp.where(real, 1.0, 2.0) * part.real
+    pair = power.dominant(rest, squarings)
+    return jnp.sqrt(jnp.sum(pair.value**2))
+
+
+def label_densely(process: Process, method: Method, speed: Array, gain: Array) -> Label:
+    """``Label`` of one point by the dense solver, for use under a caller's own transformations."""
+    prepared, family = operator_family(process, method, speed, gain, densely=True)
+    return _label(process, method, prepared, family, speed, gain, jnp.zeros((), int), densely=True)
