@@ -33,7 +33,7 @@ _SPEEDS = 32
 _FEW = 64
 _MANY = 20_000
 # Nodes that 1e-8 takes, for the first guess alone: measured on blade rub and milling.
-_LEAST, _PER_RADIAN = 4.0, 0.75
+_LEAST, _PER_RADIAN = 5.5, 0.75
 
 
 def refined_over_grid(
