@@ -29,7 +29,9 @@ lint: $(VENV)/.dev
 
 bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/measure.py
+	$(BIN)/python benchmarks/growth.py
 	$(BIN)/python benchmarks/wear.py
+	$(BIN)/python benchmarks/growth_of_studies.py
 
 picture: $(VENV)/.package
 	$(BIN)/lobex lobes rub --out docs/images/rub

@@ -1,51 +1,46 @@
-"""Time per point, with the error reached, of lobex and of its rivals in one run; writes benchmarks/RESULTS.md.
+"""Time per point, with the error reached, of lobex and of its rivals in one run: RESULTS.md and results.png.
 
 make bench
 """
 
-import os
-import platform
 import resource
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
-import jax
+import matplotlib
+import matplotlib.pyplot as plt
 import numpy as np
 
 import lobex
 import thesis_method
+from machine import machine
+from problems import MILL, PROBLEMS, ROD, TOOL, Problem
+from semi_discretization_numba import spectral_radii
 
-TOOL = lobex.Modes.single(frequency=146.5, damping_ratio=0.0032, mass=2.573)
-MILL = lobex.Milling(TOOL, teeth=1, tangential=5.5e8, normal=2e8, radial_immersion=0.5, direction="down")
-CUTTER = lobex.Modes.single(frequency=922.0, damping_ratio=0.011, mass=0.03993)
-PLANE = lobex.Milling(
-    lobex.Modes.plane(x=CUTTER, y=CUTTER), teeth=2, tangential=6e8, normal=2e8, radial_immersion=0.05, direction="down"
+HERE = Path(__file__).parent
+SAMPLE, FEW, ROUNDS = 64, 8, 4
+STEPS = (40, 80, 160)
+# As their authors state them: who, which chart, seconds a point (and core, where said), error, on what.
+PUBLISHED = (
+    ("thesis, Appendix A in Octave, a comparable two-core machine", "rub", 56e-3, None),
+    ("SemiDiscretizationMethod.jl, one core", "Mathieu", 0.43e-3, 6e-4),
+    ("SOSD.jl, one core", "Mathieu", 1.1e-3, 1e-5),
+    ("SOSD.jl, 16 threads", "2-DoF milling", 64.7 / (256 * 128), None),
+    ("SOSD.jl, NVIDIA A100, float64", "2-DoF milling", 2.44 / (256 * 128), None),
 )
-ROD = lobex.Rub(lobex.Rod(5).modes(0.03))
-# Process, speeds, gains, and the coarsest operator of ours that holds 1e-8 over the whole grid, for the rivals.
-GRIDS = {
-    "Appendix B, rub, 351×401, n = 5": (
-        ROD,
-        np.linspace(50, 400, 351),
-        np.linspace(4.5e4, 4.5e6, 401),
-        lobex.Duhamel(nodes=46),
-    ),
-    "§3.4, milling, 301×301": (
-        MILL,
-        np.linspace(2000, 25000, 301) / 60,
-        np.linspace(0, 5e-3, 301),
-        lobex.Duhamel(nodes=12),
-    ),
-    "2-DoF milling, a_D = 0.05, 256×128": (
-        PLANE,
-        np.linspace(5000, 25000, 256) / 60,
-        np.linspace(0, 5e-3, 128),
-        lobex.Duhamel(nodes=6),
-    ),
-}
-SAMPLE = 64
-OWN = {lobex.Rub: (lobex.CharacteristicRoots(), lobex.Duhamel()), lobex.Milling: (lobex.Duhamel(),)}
+
+
+class Row(NamedTuple):
+    """A line of the table."""
+
+    problem: str
+    method: str
+    point: float
+    error: float | None
+    whole: float | None = None
+    compiling: float | None = None
 
 
 def seconds(function: Callable[[], object]) -> float:
@@ -55,110 +50,192 @@ def seconds(function: Callable[[], object]) -> float:
     return time.perf_counter() - begun
 
 
-def sample_of(speeds: np.ndarray, gains: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Indices of random grid points."""
-    rng = np.random.default_rng(0)
-    return rng.integers(0, len(speeds), SAMPLE), rng.integers(0, len(gains), SAMPLE)
-
-
-def measure(name: str) -> list[str]:
-    """The rows of one grid."""
-    process, speeds, gains, method = GRIDS[name]
+def measure(name: str, problem: Problem) -> list[Row]:
+    """The rows of one chart."""
+    process, speeds, gains = problem.process, problem.speeds, problem.gains
     points = len(speeds) * len(gains)
-    i, j = sample_of(speeds, gains)
-    converged = lobex.spectral_radius(process, speeds[i], gains[j], lobex.Chebyshev(100))
-    rows: list[str] = []
-    own = 0.0
-    for chosen in OWN[type(process)]:
-        cold = seconds(lambda chosen=chosen: lobex.sweep(process, speeds, gains, chosen))
-        charts: list[lobex.Chart] = []
-        warm = min(
-            seconds(lambda chosen=chosen, charts=charts: charts.append(lobex.sweep(process, speeds, gains, chosen)))
-            for _ in range(3)
-        )
-        error = np.max(np.abs(charts[-1].spectral_radius[i, j] / converged - 1))
-        own = own or warm / points
-        rows.append(
-            f"| {'' if rows else name} | lobex.sweep, {type(chosen).__name__} | {1e6 * warm / points:.2f} µs | "
-            f"{error:.0e} | {warm / points / own:.2g} | {warm:.2f} s | {cold - warm:.1f} s |"
-        )
+    rng = np.random.default_rng(0)
+    i, j = rng.integers(0, len(speeds), SAMPLE), rng.integers(0, len(gains), SAMPLE)
+    converged = lobex.spectral_radius(process, speeds[i], gains[j], problem.reference)
 
-    lobex.monodromy(process, speeds[i], gains[j], method)
+    def off(radius: np.ndarray) -> float:
+        return float(np.max(np.abs(radius / converged[: len(radius)] - 1)))
+
+    rows = []
+    for method in problem.own:
+        charts: list[lobex.Chart] = []
+
+        def draw(method: object = method, charts: list[lobex.Chart] = charts) -> None:
+            charts.append(lobex.sweep(process, speeds, gains, method))  # pyright: ignore[reportArgumentType]
+
+        cold = seconds(draw)
+        warm = min(seconds(draw) for _ in range(ROUNDS))
+        error = off(charts[-1].spectral_radius[i, j])
+        label = f"lobex.sweep, {type(method).__name__}"
+        if isinstance(method, lobex.Duhamel):
+            label += f", tolerance {method.tolerance:.0e}"
+        rows.append(Row(name, label, warm / points, error, warm, cold - warm))
+
+    lobex.monodromy(process, speeds[i], gains[j], problem.rival)
     found: list[np.ndarray] = []
     batch = seconds(
-        lambda: found.append(np.abs(np.linalg.eigvals(lobex.monodromy(process, speeds[i], gains[j], method))).max(-1))
+        lambda: found.append(
+            np.abs(np.linalg.eigvals(lobex.monodromy(process, speeds[i], gains[j], problem.rival))).max(-1)
+        )
     )
-    error = np.max(np.abs(found[0] / converged - 1))
-    rows.append(
-        f"| | NumPy eigvals of lobex' operators, {method.nodes} nodes | {1e6 * batch / SAMPLE:.0f} µs | {error:.0e} | "
-        f"{batch / SAMPLE / own:.0f} | | |"
-    )
+    label = f"NumPy eigvals of lobex' operators, {problem.rival.nodes} nodes"
+    rows.append(Row(name, label, batch / SAMPLE, off(found[0])))
     if process is ROD:
-        few = 8
         radii: list[float] = []
         loop = seconds(
             lambda: radii.extend(
-                thesis_method.spectral_radius(ROD.modes, speeds[a], gains[b])
-                for a, b in zip(i[:few], j[:few], strict=True)
+                thesis_method.spectral_radius(ROD.modes, float(speeds[a]), float(gains[b]))
+                for a, b in zip(i[:FEW], j[:FEW], strict=True)
             )
         )
-        error = np.max(np.abs(np.array(radii) / converged[:few] - 1))
-        rows.append(
-            f"| | Appendix B's 400×400 operator in a SciPy loop ({few} points) | {1e6 * loop / few:.0f} µs | "
-            f"{error:.0e} | {loop / few / own:.0f} | | |"
-        )
+        label = f"Appendix B's 400×400 operator in a SciPy loop ({FEW} points)"
+        rows.append(Row(name, label, loop / FEW, off(np.array(radii))))
+    if process is MILL:
+        rows.extend(_numba(name, problem, i, j, off))
     return rows
 
 
-def measure_limits() -> list[str]:
-    """The rod's limit at 1,000 speeds, in closed form and by search; the error is that against the closed form."""
-    speeds, bounds = np.linspace(50, 400, 1000), (1e5, 4e6)
-    results: dict[str, lobex.Limit] = {}
-    lobex.exact_limit(ROD, speeds)
-    exact = min(seconds(lambda: results.update(exact=lobex.exact_limit(ROD, speeds))) for _ in range(5))
-    search = min(
-        seconds(lambda: results.update(search=lobex.critical_gain(ROD, speeds, bounds, scan=17))) for _ in range(2)
-    )
-    error = np.nanmax(np.abs(results["search"].gain / results["exact"].gain - 1))
+def _numba(name: str, problem: Problem, i: np.ndarray, j: np.ndarray, off: Callable[[np.ndarray], float]) -> list[Row]:
+    """The usual method, on all cores."""
+    omega, ratio = float(TOOL.angular_frequency[0]), float(TOOL.damping_ratio[0])
+    mass = float(1 / TOOL.shape[0, 0] ** 2)
+    enter = float(np.arccos(2 * MILL.radial_immersion - 1))
+    forces = float(MILL.tangential), float(MILL.normal)
+    rows = []
+    for steps in STEPS:
+        radii: list[np.ndarray] = []
+
+        def run(steps: int = steps, radii: list[np.ndarray] = radii) -> None:
+            places = problem.speeds[i], problem.gains[j]
+            radii.append(spectral_radii(omega, ratio, mass, *forces, enter, np.pi, *places, steps))
+
+        run()
+        spent = min(seconds(run) for _ in range(ROUNDS))
+        rows.append(Row(name, f"semi-discretization in numba, {steps} steps", spent / SAMPLE, off(radii[-1])))
+    return rows
+
+
+def measure_limits() -> list[Row]:
+    """Limits over the speed; a point is a speed."""
+    speeds, results = np.linspace(50, 400, 1000), {}
+    rpm = np.linspace(2000, 25000, 300)
+
+    def timed(name: str, function: Callable[[], lobex.Limit]) -> tuple[float, float]:
+        cold = seconds(function)
+        warm = min(seconds(lambda: results.update({name: function()})) for _ in range(ROUNDS))
+        return warm, cold - warm
+
     name = "limit of the rod, 1,000 speeds"
-    return [
-        f"| {name} | lobex.exact_limit | {1e3 * exact:.1f} µs | closed form | 1 | {exact:.3f} s | |",
-        f"| | lobex.critical_gain, scan of 17 | {1e3 * search:.0f} µs | {error:.0e} | {search / exact:.0f} "
-        f"| {search:.2f} s | |",
+    exact = timed("exact", lambda: lobex.exact_limit(ROD, speeds))
+    search = timed("search", lambda: lobex.critical_gain(ROD, speeds, (4.5e4, 4.5e6)))
+    error = np.nanmax(np.abs(results["search"].gain / results["exact"].gain - 1))
+    rows = [
+        Row(name, "lobex.exact_limit, closed form", exact[0] / 1000, None, *exact),
+        Row(name, "lobex.critical_gain", search[0] / 1000, float(error), *search),
     ]
+    name = "limit of §3.4's milling, 300 speeds, every interval"
+    found = timed("mill", lambda: lobex.critical_gain(MILL, rpm / 60, (0, 5e-3)))
+    finer = lobex.critical_gain(MILL, rpm / 60, (0, 5e-3), lobex.Chebyshev(48))
+    error = np.nanmax(np.abs(results["mill"].intervals / finer.intervals - 1)[results["mill"].intervals > 0])
+    rows.append(Row(name, "lobex.critical_gain", found[0] / 300, float(error), *found))
+    return rows
+
+
+def table(rows: list[Row]) -> list[str]:
+    """The rows in Markdown."""
+    lines = [
+        "| work | method | time per point | error | ratio | whole | compiling |",
+        "|---|---|---|---|---|---|---|",
+    ]
+    first: dict[str, Row] = {}
+    for row in rows:
+        own = first.setdefault(row.problem, row)
+        error = "closed form" if row.error is None else f"{row.error:.0e}"
+        whole = "" if row.whole is None else f"{row.whole:.3g} s"
+        compiling = "" if row.compiling is None else f"{row.compiling:.1f} s"
+        lines.append(
+            f"| {row.problem if own is row else ''} | {row.method} | {1e6 * row.point:.3g} µs | {error} | "
+            f"{row.point / own.point:.3g} | {whole} | {compiling} |"
+        )
+    return lines
+
+
+def draw(rows: list[Row]) -> None:
+    """Error over time per point: lower left is better."""
+    matplotlib.use("Agg")
+    problems = list(dict.fromkeys(row.problem for row in rows if row.problem in PROBLEMS))
+    figure, axes = plt.subplots(1, len(problems), figsize=(3.1 * len(problems), 3.6), sharey=True, layout="constrained")
+    styles = {
+        "lobex": ("lobex", "o", "#0b4f6c"),
+        "NumPy": ("NumPy eigvals of lobex' operators", "s", "#8f8f8f"),
+        "semi": ("semi-discretization, numba", "^", "#c8553d"),
+        "Appendix": ("Appendix B, SciPy", "D", "#e0a458"),
+        "published": ("published, others' machines", "x", "#333333"),
+    }
+    for ax, problem in zip(axes, problems, strict=True):
+        for row in rows:
+            if row.problem == problem and row.error is not None:
+                label, marker, colour = styles[row.method.replace("-", " ").split()[0].split(".")[0]]
+                ax.loglog(1e6 * row.point, max(row.error, 1e-15), marker, color=colour, label=label)
+        for _, chart, point, error in PUBLISHED:
+            if error is not None and chart in problem:
+                label, marker, colour = styles["published"]
+                ax.loglog(1e6 * point, error, marker, color=colour, label=label)
+        ax.set_title(problem.replace(", ", "\n", 1), fontsize=9)
+        ax.set_xlabel("time per point (µs)")
+        ax.grid(alpha=0.3)
+    axes[0].set_ylabel("largest relative error of max|μ|")
+    handles = {}
+    for ax in axes:
+        handles.update({text: handle for handle, text in zip(*ax.get_legend_handles_labels(), strict=True)})
+    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, fontsize=9)
+    figure.savefig(HERE / "results.png", dpi=130)
 
 
 def main() -> None:
-    """Measure every grid and write the table."""
-    rows = [*(row for name in GRIDS for row in measure(name)), *measure_limits()]
+    """Measure everything and write the table."""
+    rows = [row for name, problem in PROBLEMS.items() for row in measure(name, problem)]
+    rows += measure_limits()
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
-    cpu = next((line.split(":")[1].strip() for line in _cpuinfo() if line.startswith("model name")), platform.machine())
+    published = [
+        f"| {who} | {chart} | {1e6 * point:.3g} µs | {'not said' if error is None else f'{error:.0e}'} |"
+        for who, chart, point, error in PUBLISHED
+    ]
     text = "\n".join(
         [
             "# Measured",
             "",
             "Made by `make bench`. Time per point, the largest relative error of max|μ| over a random sample of "
-            f"{SAMPLE} grid points against Chebyshev collocation with 100 nodes and the dense solver, how many times "
-            "longer it took than the first row of its block, the time of the whole grid, and what compiling added to "
-            "the first call, all in one run. A point of the limit is a speed.",
+            f"{SAMPLE} points against converged Chebyshev collocation and the dense solver, how many times longer it "
+            f"took than the first row of its block, the whole work (the best of {ROUNDS}), and what compiling added "
+            "to the first call, all in one run. A point of a limit is a speed; the error of a limit is that of the "
+            "gain, against the closed form and against 48 Chebyshev nodes.",
             "",
-            "| grid | method | time per point | error | ratio | whole | compiling |",
-            "|---|---|---|---|---|---|---|",
-            *rows,
+            *table(rows),
             "",
-            f"Peak memory of the run: {peak:.2f} GB. Machine: {cpu}, {os.cpu_count()} cores, "
-            f"{platform.system()}; Python {platform.python_version()}, jax {jax.__version__}, "
-            f"NumPy {np.__version__}.",
+            "![Error over time per point](results.png)",
+            "",
+            "Published figures, as their authors state them, on other machines:",
+            "",
+            "| code | chart | time per point | error |",
+            "|---|---|---|---|",
+            *published,
+            "",
+            f"Peak memory of the run: {peak:.2f} GB. Machine: {machine()}.",
+            "",
+            "How cost grows: [GROWTH.md](GROWTH.md). The wear march: [WEAR.md](WEAR.md). Large studies: "
+            "[STUDIES.md](STUDIES.md).",
             "",
         ]
     )
-    Path(__file__).with_name("RESULTS.md").write_text(text)
+    (HERE / "RESULTS.md").write_text(text)
     print(text)
-
-
-def _cpuinfo() -> list[str]:
-    path = Path("/proc/cpuinfo")
-    return path.read_text().splitlines() if path.exists() else []
+    draw(rows)
 
 
 if __name__ == "__main__":

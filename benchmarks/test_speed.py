@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 import lobex
-import measure
+from problems import PROBLEMS
 
 
-@pytest.mark.parametrize("name", measure.GRIDS)
+@pytest.mark.parametrize("name", PROBLEMS)
 def test_sweep(benchmark, name):
-    process, speeds, gains, method = measure.GRIDS[name]
-    few = (speeds[::10], gains[::10])
-    lobex.sweep(process, *few, method)
-    chart = benchmark(lobex.sweep, process, *few, method)
+    problem = PROBLEMS[name]
+    arguments = problem.process, problem.speeds[::10], problem.gains[::10], problem.own[0]
+    lobex.sweep(*arguments)
+    chart = benchmark(lobex.sweep, *arguments)
     benchmark.extra_info["points"] = chart.spectral_radius.size
     assert np.isfinite(chart.spectral_radius).all()
