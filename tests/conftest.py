@@ -1,3 +1,6 @@
+import os
+import tempfile
+
 import matplotlib
 
 matplotlib.use("Agg")
@@ -13,6 +16,20 @@ def _cache_of_compilations(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
         yield
+
+
+def pytest_configure(config):
+    """The workers of a run share what they compile, in a folder that the run's end removes."""
+    if not hasattr(config, "workerinput"):
+        config._compiled = tempfile.TemporaryDirectory(prefix="lobex-compiled-")
+        os.environ["LOBEX_TESTS_COMPILED"] = config._compiled.name
+    jax.config.update("jax_compilation_cache_dir", os.environ["LOBEX_TESTS_COMPILED"])
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.3)
+
+
+def pytest_unconfigure(config):
+    if hasattr(config, "_compiled"):
+        config._compiled.cleanup()
 
 
 @pytest.fixture(autouse=True)

@@ -32,6 +32,7 @@ def test_python_blocks_run_in_order_and_print_what_they_say(tmp_path, monkeypatc
         "band.png",
         "wear.png",
         "spectrum.png",
+        "study",
     }
     assert names["march"].growth == pytest.approx([0.69889149, 1.20569362], rel=1e-4)
     worst = names["wear"].speed[np.argmax(names["wear"].volume)]
@@ -40,19 +41,31 @@ def test_python_blocks_run_in_order_and_print_what_they_say(tmp_path, monkeypatc
 
 @pytest.mark.parametrize("line", [line for line in SHELL if line.startswith("lobex ")])
 def test_shell_lines_run_on_a_coarser_grid(line, tmp_path):
+    if line.startswith("lobex store"):
+        (before,) = (other for other in SHELL if f"--store {line.split()[-1]} " in other)
+        _run(before, tmp_path)
+    _run(line, tmp_path)
+    assert {p.suffix for p in tmp_path.rglob("*.*")} >= {".nc", ".png"}
+
+
+def _run(line: str, folder: Path) -> None:
     words = [re.sub(r":\d+$", ":5", word) for word in shlex.split(line)[1:]]
     done = subprocess.run(
         [sys.executable, "-m", "lobex.shell.main", *words, *_small_grid(words)],
-        cwd=tmp_path,
+        cwd=folder,
         capture_output=True,
         text=True,
         timeout=300,
     )
     assert done.returncode == 0, done.stderr
-    assert {p.suffix for p in tmp_path.iterdir()} >= {".nc", ".png"}
 
 
 def _small_grid(words: list[str]) -> list[str]:
+    if words[0] == "reproduce" and not any(word.startswith("fig-") for word in words):
+        # Every figure has its turn in test_gallery.
+        return ["fig-1.2", "fig-3.1"]
+    if "--store" in words:
+        return ["--speed", "50:400:5", "--gain", "4.5e4:4.5e6:5"]
     return ["--speed", "0.1:0.3:3", "--gain", "-1:1:3"] if "mathieu" in words else []
 
 

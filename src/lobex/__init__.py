@@ -11,16 +11,14 @@ if TYPE_CHECKING:
     from lobex.characteristic.method import CharacteristicRoots
     from lobex.contact.casing import Casing
     from lobex.contact.laws import Cubic, Linear, Plastic, Power, Threshold
-    from lobex.grids.sweep import SweepWarning, sweep
+    from lobex.grids.sweep import SweepWarning
     from lobex.limits.boundary import boundary
-    from lobex.limits.critical import critical_gain
     from lobex.limits.exact_limit import exact_limit, exact_lobes
     from lobex.limits.receptance import Receptance
     from lobex.limits.sensitivity import sensitivities
     from lobex.marches.delay import march_delay
     from lobex.marches.start import growing_history
     from lobex.marches.turning import simulate_turning
-    from lobex.marches.wear import march_wear
     from lobex.operators.chebyshev import Chebyshev
     from lobex.operators.duhamel import Duhamel
     from lobex.operators.semi_discretization import SemiDiscretization
@@ -38,9 +36,13 @@ if TYPE_CHECKING:
     from lobex.results.netcdf import load
     from lobex.results.sensitivities import Sensitivities
     from lobex.results.spectrum_map import SpectrumMap, critical_speeds
+    from lobex.results.study import Study
     from lobex.results.wear_map import WearMap
     from lobex.structures.modes import Modes
     from lobex.structures.rod import Rod
+    from lobex.studies.charts import sweep
+    from lobex.studies.limits import critical_gain
+    from lobex.studies.wear import march_wear
     from lobex.verbs import monodromy, multipliers, spectral_radius
 
 __version__ = "0.1.0"
@@ -71,26 +73,27 @@ _HOME = {
     "SemiDiscretization": "operators.semi_discretization",
     "Sensitivities": "results.sensitivities",
     "SpectrumMap": "results.spectrum_map",
+    "Study": "results.study",
     "SweepWarning": "grids.sweep",
     "Threshold": "contact.laws",
     "Turning": "processes.regenerative",
     "WearMap": "results.wear_map",
     "boundary": "limits.boundary",
     "campbell": "plots.campbell",
-    "critical_gain": "limits.critical",
+    "critical_gain": "studies.limits",
     "critical_speeds": "results.spectrum_map",
     "exact_limit": "limits.exact_limit",
     "exact_lobes": "limits.exact_limit",
     "growing_history": "marches.start",
     "load": "results.netcdf",
     "march_delay": "marches.delay",
-    "march_wear": "marches.wear",
+    "march_wear": "studies.wear",
     "monodromy": "verbs",
     "multipliers": "verbs",
     "sensitivities": "limits.sensitivity",
     "simulate_turning": "marches.turning",
     "spectral_radius": "verbs",
-    "sweep": "grids.sweep",
+    "sweep": "studies.charts",
 }
 
 __all__ = [
@@ -119,6 +122,7 @@ __all__ = [
     "SemiDiscretization",
     "Sensitivities",
     "SpectrumMap",
+    "Study",
     "SweepWarning",
     "Threshold",
     "Turning",

@@ -33,33 +33,7 @@ def sweep(
     *,
     progress: bool = False,
 ) -> Chart:
-    """The dominant Floquet multiplier and its chatter frequency over a grid: a stability lobe diagram.
-
-    By default, where the coefficients are constant and there is one contact direction, by the roots of the
-    characteristic equation (``CharacteristicRoots()``), and else by operators with as many nodes at every point
-    as its estimated error asks for (``Duhamel(tolerance=1e-8)``). Operators' multipliers come from their powers
-    and are checked against the equations; points that do not settle get more powers, then the dense eigensolver.
-    The grid is worked through in chunks on all cores, so memory does not grow with it but for the results. Runs in
-    float64 whatever JAX' setting.
-
-    Args:
-        process: a process, such as ``Rub(modes)``.
-        speed: increasing speeds, Hz (revolutions per second), shape (n,).
-        gain: increasing gains, shape (m,): K_e in N/m or depth of cut in m.
-        method: ``CharacteristicRoots()``, ``Duhamel(…)``, ``Chebyshev(…)`` or ``SemiDiscretization(…)``.
-        progress: show a progress bar on standard error.
-
-    Returns:
-        A ``Chart`` of shape (n, m).
-
-    Raises:
-        ValueError: for a grid that is empty, not increasing, not one-dimensional or not finite, for speeds
-            not above zero and gains that the process cannot have.
-
-    Warns:
-        SweepWarning: when points failed (they are NaN), or miss the tolerance, when the method's samples are too
-            few to follow the first mode at the lowest speed, or when all speeds lie above every lobe.
-    """
+    """``lobex.sweep`` without further axes and stores; arguments, errors and warnings as there."""
     check_process(process)
     check_sweep_method(method)
     speeds, gains = _checks.grid("speed", speed, "Hz"), _checks.grid("gain", gain, process.gain.unit)
@@ -68,7 +42,7 @@ def sweep(
     if method is None:
         method = chosen_method(process, float(speeds[0]))
     for message in oddities(process, method, float(speeds[0]), float(gains[-1])):
-        warnings.warn(message, SweepWarning, stacklevel=2)
+        warnings.warn(message, SweepWarning, stacklevel=3)
     begun = time.perf_counter()
     with jax.enable_x64(True):
         process = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=np.float64), process)
@@ -78,14 +52,14 @@ def sweep(
         warnings.warn(
             f"{failed} of {multiplier.size} points failed and are NaN; check the model at those speeds and gains",
             SweepWarning,
-            stacklevel=2,
+            stacklevel=3,
         )
     if isinstance(method, Duhamel) and method.nodes is None and (coarse := int(np.sum(error > method.tolerance))):
         warnings.warn(
             f"{coarse} of {multiplier.size} points have an estimated error above the tolerance {method.tolerance:g}; "
             "their error is in the chart",
             SweepWarning,
-            stacklevel=2,
+            stacklevel=3,
         )
     return Chart(
         speed=speeds,

@@ -39,41 +39,7 @@ def critical_gain(
     scan: int = 65,
     progress: bool = False,
 ) -> Limit:
-    """The lowest gain within bounds at which a process turns from stable to unstable, per speed.
-
-    For constant coefficients every gain at which a root stands on the imaginary axis is found at once, and with them
-    the number of unstable roots at all gains: nothing is scanned, and the limits are good to rounding.
-
-    With an operator, a scan of ``scan`` equally spaced gains brackets the sign changes of log max|μ|; cells in which
-    the neighbours' slopes point across zero are divided further. Newton's method with the derivative of the
-    dominant multiplier then polishes every crossing, of all speeds side by side, within its bracket and in
-    ten steps at most. An instability that begins and ends between two scanned gains without showing in
-    the slopes beside it is missed: take a finer scan.
-
-    Under ``jit``, ``grad`` or ``vmap`` the lowest crossing alone is found, with an operator of fixed size, and ``gain``
-    carries the derivative by the implicit function theorem with respect to speed and every number of the process;
-    ``intervals`` and ``error`` are NaN there.
-
-    Args:
-        process: a process, such as ``Rub(modes)``.
-        speed: speeds, Hz (revolutions per second), (n,) or one number.
-        bounds: lowest and highest gain, in the units of the process' gain.
-        method: None for ``CharacteristicRoots()`` where the process has constant coefficients and one contact
-            direction, and ``Duhamel()`` elsewhere; or one of these, ``Chebyshev(…)`` or ``SemiDiscretization(…)``.
-        scan: number of gains in the scan of an operator.
-        progress: show a progress bar on standard error.
-
-    Returns:
-        A ``Limit`` over the speeds. Where no limit lies in the bounds, ``gain`` is NaN and ``status`` says why.
-
-    Raises:
-        ValueError: for speeds that are not positive and finite, bounds that are not two increasing gains that
-            the process can have, or a scan of fewer than 3 gains.
-
-    Warns:
-        SweepWarning: when the method's samples are too few to follow the first mode at the lowest speed, or when
-            all speeds lie above every lobe.
-    """
+    """``lobex.critical_gain`` without further axes and stores; arguments, errors and warnings as there."""
     check_process(process)
     check_sweep_method(method)
     scan = _checks.integer("scan", scan, 3)
@@ -95,7 +61,7 @@ def critical_gain(
     if method is None:
         method = chosen_method(process, slowest)
     for message in oddities(process, method, slowest, float(gains[-1])):
-        warnings.warn(message, SweepWarning, stacklevel=2)
+        warnings.warn(message, SweepWarning, stacklevel=3)
     with jax.enable_x64(True):
         process = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=np.float64), process)
         parts = _search(process, speeds, gains, method, progress)

@@ -52,34 +52,7 @@ def march_wear(
     samples_per_revolution: int = 512,
     progress: bool = False,
 ) -> WearMap:
-    """March a rubbing blade over some revolutions at every speed, wearing the casing: chapter 1.
-
-    Central differences, (1.16)-(1.17), in modal form, one casing cell per step. The reaction −F of the law acts on
-    the tip. The blade starts at rest at θ = 0. All arithmetic is float64.
-
-    Args:
-        modes: the blade's modes, with one contact direction.
-        casing: its profile before wear.
-        law: the contact law, such as ``Linear(4.5e6)``.
-        speed: rotational frequencies, Hz: (n,), or (n, revolutions) for a speed that changes from one revolution to
-            the next and is constant within each. Interaction depends on history: rising and falling speeds differ.
-        revolutions: number of revolutions.
-        steps_per_revolution: time steps per revolution, and casing cells.
-        samples_per_revolution: least number of samples of the tip's displacement to keep per revolution, for
-            spectra; engine orders up to a quarter of it are right. Taken behind a low-pass filter of 80 dB.
-        progress: show a progress bar on standard error.
-
-    Returns:
-        A ``WearMap``.
-
-    Raises:
-        ValueError: for speeds that are not finite and positive or can only be rpm, for numbers that are not whole and
-            positive, for a casing of another number of cells, and for fewer steps than central differences are stable
-            with (the message names the speed and the steps that it needs).
-
-    Warns:
-        SweepWarning: when lanes blew up: they are NaN and their speeds are named.
-    """
+    """``lobex.march_wear`` without further axes and stores; arguments, errors and warnings as there."""
     revolutions = _checks.integer("revolutions", revolutions, 1)
     steps = _checks.integer("steps_per_revolution", steps_per_revolution, 16)
     samples = _checks.integer("samples_per_revolution", samples_per_revolution, 16)
@@ -98,7 +71,7 @@ def march_wear(
             f"{failed.sum()} of {len(failed)} lanes blew up and are NaN, at speed = {named}"
             f"{', …' if failed.sum() > _NAMED else ''} Hz; take more steps per revolution or a softer law",
             SweepWarning,
-            stacklevel=2,
+            stacklevel=3,
         )
         for values in parts.values():
             values[failed] = np.nan

@@ -22,10 +22,13 @@ from lobex.results.march_file import CUT, MARCH, read_cut, read_march
 from lobex.results.sensitivities import FORM as SENSITIVITIES
 from lobex.results.sensitivities import Sensitivities, sensitivities_from
 from lobex.results.spectrum_map import SpectrumMap
+from lobex.results.study import FORM as STUDY
+from lobex.results.study import Study
 from lobex.results.wear_file import SPECTRUM, WEAR_MAP, read_spectrum, read_wear_map
 from lobex.results.wear_map import WearMap
+from lobex.studies.export import study_from
 
-Result = Chart | Limit | Sensitivities | Boundary | WearMap | SpectrumMap | March | Cut
+Result = Chart | Limit | Sensitivities | Boundary | WearMap | SpectrumMap | March | Cut | Study
 
 _CHART = "lobex chart 2"
 _LIMIT = "lobex limit 1"
@@ -90,12 +93,7 @@ def _flags(name: str, codes: type[IntEnum]) -> dict[str, Any]:
 def save_dataset(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
     """Write ``path`` in one step: a file beside it is written first and then takes its place."""
     target = _checks.writable("path", path)
-    # Real and imaginary parts: a complex type is outside the NetCDF-4 standard and MATLAB cannot read it.
-    if "multiplier" in dataset:
-        multiplier = dataset["multiplier"]
-        for part, values in (("real", multiplier.real), ("imag", multiplier.imag)):
-            dataset[f"multiplier_{part}"] = values.assign_attrs(long_name=f"{part} part of μ", units="1")
-        dataset = dataset.drop_vars("multiplier")
+    dataset = in_parts(dataset)
     partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
     try:
         dataset.to_netcdf(partial, engine="h5netcdf", format="NETCDF4")
@@ -104,6 +102,16 @@ def save_dataset(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
         raise ValueError(f"path = {str(target)!r} cannot be written ({error}); choose another place") from error
     finally:
         partial.unlink(missing_ok=True)
+
+
+def in_parts(dataset: xarray.Dataset) -> xarray.Dataset:
+    """Real and imaginary parts: a complex type is outside the NetCDF-4 standard and MATLAB cannot read it."""
+    if "multiplier" not in dataset:
+        return dataset
+    multiplier = dataset["multiplier"]
+    for part, values in (("real", multiplier.real), ("imag", multiplier.imag)):
+        dataset[f"multiplier_{part}"] = values.assign_attrs(long_name=f"{part} part of μ", units="1")
+    return dataset.drop_vars("multiplier")
 
 
 def load(path: str | os.PathLike[str]) -> Result:
@@ -116,6 +124,14 @@ def load(path: str | os.PathLike[str]) -> Result:
             dataset = stored.load()
     except (OSError, ValueError, KeyError) as error:
         raise ValueError(f"path = {str(path)!r} is no readable NetCDF-4 file ({error})") from error
+    result = result_of(dataset)
+    if result is None:
+        raise ValueError(f"path = {str(path)!r} is not a lobex result; give a file that a result's save wrote")
+    return result
+
+
+def result_of(dataset: xarray.Dataset) -> Result | None:
+    """The result that a file's dataset stands for, or None where it is of no known format."""
     readers: dict[Any, Callable[[xarray.Dataset], Result]] = {
         _CHART: _read_chart,
         _LIMIT: _read_limit,
@@ -125,11 +141,10 @@ def load(path: str | os.PathLike[str]) -> Result:
         SENSITIVITIES: lambda dataset: sensitivities_from(dataset, _read_limit(dataset)),
         MARCH: read_march,
         CUT: read_cut,
+        STUDY: study_from,
     }
     reader = readers.get(dataset.attrs.get("format"))
-    if reader is None:
-        raise ValueError(f"path = {str(path)!r} is not a lobex result; give a file that a result's save wrote")
-    return reader(dataset)
+    return None if reader is None else reader(dataset)
 
 
 def _common(dataset: xarray.Dataset) -> dict[str, Any]:

@@ -44,8 +44,8 @@ class Discretization:
 
     method: Annotated[str | None, _choice("roots|duhamel|chebyshev|sdm")] = None
     """Characteristic roots (constant coefficients, no discretisation), exact structure with nodes chosen by the
-    error, Chebyshev collocation, or semi-discretization (second order). If not given: for lobes the first of
-    these that serves, for limits Chebyshev collocation."""
+    error, Chebyshev collocation, or semi-discretization (second order). If not given, the first of these that
+    serves."""
     nodes: Annotated[int | None, _count("40; duhamel: chosen")] = None
     """Nodes per smooth piece of the delay, for chebyshev (taken with --nodes alone) and duhamel."""
     aligned: bool = True
@@ -64,6 +64,20 @@ class Output:
     """Path without ending of the two files, PATH.nc and PATH.png."""
     quiet: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
     """No progress bar and no summary."""
+
+
+@dataclass(frozen=True)
+class Storage:
+    """Runs that outlast a session, and share their work (docs/cluster.md)."""
+
+    store: Annotated[str | None, tyro.conf.arg(metavar="DIR", help_behavior_hint="(default: none)")] = None
+    """Folder that chunks of the work go to as they are done. The same command goes on where it was ended."""
+    processes: Annotated[int | None, _count("1")] = None
+    """Processes to run on this machine, which share the store; each has a GPU of its own where there are several."""
+    process: Annotated[str | None, tyro.conf.arg(metavar="K/N", help_behavior_hint="(default: Slurm's or MPI's)")] = (
+        None
+    )
+    """This process' share of the store, such as 0/2 for the first of two; process 0 writes PATH."""
 
 
 @dataclass(frozen=True)
@@ -101,6 +115,7 @@ class Rub(Rod):
     """Contact stiffnesses K_e, N/m."""
     discretization: Discretization = Discretization()
     output: Output = Output()
+    storage: Storage = Storage()
 
     name: ClassVar[str] = "rub"
 
@@ -145,6 +160,7 @@ class Milling:
     tool: Tool = Tool()
     discretization: Discretization = Discretization()
     output: Output = Output()
+    storage: Storage = Storage()
 
     name: ClassVar[str] = "milling"
 
@@ -167,6 +183,7 @@ class Turning:
     tool: Tool = Tool()
     discretization: Discretization = Discretization()
     output: Output = Output()
+    storage: Storage = Storage()
 
     name: ClassVar[str] = "turning"
 
@@ -192,6 +209,7 @@ class Mathieu:
     """Damping c."""
     discretization: Discretization = Discretization()
     output: Output = Output()
+    storage: Storage = Storage()
 
     name: ClassVar[str] = "mathieu"
 

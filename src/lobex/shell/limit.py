@@ -8,6 +8,7 @@ import numpy as np
 
 from lobex.shell import arguments
 from lobex.shell.models import check_discretization, method_of, output_files, process_of, speeds_and_gains
+from lobex.shell.shares import shared
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,28 +23,36 @@ def run_limit(command: arguments.Limit) -> None:
     speed, gain = speeds_and_gains(flags)
     endings = (".nc", ".csv", ".png", *(("-sensitivity.csv", "-sensitivity.png") if flags.sensitivity else ()))
     files = output_files(flags, endings)
-    check_discretization(flags.discretization, ("duhamel", "chebyshev", "sdm"))
+    check_discretization(flags)
 
-    # JAX is slow to import: only now.
-    from lobex.shell.environment import prepare_jax
-
-    prepare_jax()
-    import lobex
-
-    method = method_of(flags.discretization) or lobex.Chebyshev()
     exact, shown = getattr(flags, "exact", False), not flags.output.quiet
-    bounds = None if exact else (gain[0], gain[-1])
-    result = None
-    if flags.sensitivity:
-        # The process itself first: what is wrong with a flag is said of the flag.
-        process_of(flags)
-        numbers, build = _numbers_of(flags)
-        result = lobex.sensitivities(build, speed, bounds, method, at=numbers, scan=len(gain), progress=shown)
-        limit = result.limit
-    elif bounds is None:
-        limit = lobex.exact_limit(process_of(flags), speed)
-    else:
-        limit = lobex.critical_gain(process_of(flags), speed, bounds, method, scan=len(gain), progress=shown)
+    if flags.storage.store is not None and (exact or flags.sensitivity):
+        other = "exact" if exact else "sensitivity"
+        raise ValueError(f"store = {flags.storage.store!r} has no use with --{other}; drop one of the two")
+    with shared(flags.storage) as share:
+        # JAX is slow to import: only now.
+        from lobex.shell.environment import prepare_jax
+
+        prepare_jax()
+        import lobex
+
+        method = method_of(flags.discretization)
+        bounds = None if exact else (gain[0], gain[-1])
+        result = None
+        if flags.sensitivity:
+            # The process itself first: what is wrong with a flag is said of the flag.
+            process_of(flags)
+            numbers, build = _numbers_of(flags)
+            result = lobex.sensitivities(build, speed, bounds, method, at=numbers, scan=len(gain), progress=shown)
+            limit = result.limit
+        elif bounds is None:
+            limit = lobex.exact_limit(process_of(flags), speed)
+        else:
+            limit = lobex.critical_gain(
+                process_of(flags), speed, bounds, method, scan=len(gain), **share.arguments, progress=shown
+            )
+    if not share.writes:
+        return
     (limit if result is None else result).save(files[0])
     _write_table(limit, files[1])
     _draw(limit.plot, files[2])

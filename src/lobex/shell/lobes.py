@@ -7,6 +7,7 @@ import numpy as np
 
 from lobex.shell import arguments
 from lobex.shell.models import check_discretization, method_of, output_files, process_of, speeds_and_gains
+from lobex.shell.shares import shared
 
 if TYPE_CHECKING:
     from lobex.results.chart import Chart
@@ -17,20 +18,22 @@ def run_lobes(command: arguments.Lobes) -> None:
     flags = command.process
     speed, gain = speeds_and_gains(flags)
     files = output_files(flags, (".nc", ".png"))
-    constant = isinstance(flags, arguments.Rub | arguments.Turning)
-    check_discretization(flags.discretization, (*(("roots",) if constant else ()), "duhamel", "chebyshev", "sdm"))
+    check_discretization(flags)
 
-    # JAX is slow to import: only now.
-    from lobex.shell.environment import prepare_jax
+    with shared(flags.storage) as share:
+        # JAX is slow to import: only now.
+        from lobex.shell.environment import prepare_jax
 
-    prepare_jax()
-    import lobex
+        prepare_jax()
+        import lobex
 
-    method = method_of(flags.discretization)
-    chart = lobex.sweep(process_of(flags), speed, gain, method, progress=not flags.output.quiet)
+        method, shown = method_of(flags.discretization), not flags.output.quiet
+        chart = lobex.sweep(process_of(flags), speed, gain, method, **share.arguments, progress=shown)
+    if not share.writes:
+        return
     chart.save(files[0])
     _draw(chart, files[1])
-    if not flags.output.quiet:
+    if shown:
         print(f"{chart!r}\n{_summary(chart)}\n  written          {files[0]}, {files[1]}")
 
 

@@ -12,6 +12,8 @@ import tyro
 
 from lobex.shell.arguments import Limit, Lobes
 from lobex.shell.march_arguments import March
+from lobex.shell.reproduce_arguments import Reproduce
+from lobex.shell.store_arguments import Store
 from lobex.shell.wear_arguments import Wear
 
 
@@ -22,6 +24,8 @@ def main() -> None:
         from lobex.shell.limit import run_limit
         from lobex.shell.lobes import run_lobes
         from lobex.shell.march import run_march
+        from lobex.shell.reproduce import run_reproduce
+        from lobex.shell.store import run_store
         from lobex.shell.wear import run_wear
 
         warnings.showwarning = _one_line_warning
@@ -31,6 +35,10 @@ def main() -> None:
             run_march(command)
         elif isinstance(command, Wear):
             run_wear(command)
+        elif isinstance(command, Reproduce):
+            run_reproduce(command)
+        elif isinstance(command, Store):
+            run_store(command)
         else:
             run_lobes(command)
     except BrokenPipeError:
@@ -38,17 +46,17 @@ def main() -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except ValueError as error:
         _refuse(str(error))
-    except KeyboardInterrupt:
-        print("lobex: interrupted; nothing was written", file=sys.stderr)
+    except KeyboardInterrupt as stop:
+        print(f"lobex: interrupted; {stop.args[0] if stop.args else 'nothing was written'}", file=sys.stderr)
         raise SystemExit(130) from None
 
 
-def _parse() -> Lobes | Limit | March | Wear:
+def _parse() -> Lobes | Limit | March | Wear | Store | Reproduce:
     errors = io.StringIO()
     try:
         with contextlib.redirect_stderr(errors):
             return tyro.extras.subcommand_cli_from_dict(
-                {"lobes": Lobes, "limit": Limit, "march": March, "wear": Wear},
+                {"lobes": Lobes, "limit": Limit, "march": March, "wear": Wear, "store": Store, "reproduce": Reproduce},
                 prog="lobex",
                 description=(
                     "Stability lobe diagrams and time marches of delayed systems: blade rub, turning and milling.\n\n"

@@ -26,6 +26,9 @@ Values = Annotated[str, tyro.conf.arg(metavar="VALUE[,VALUE...]")]
 # The march has steps of its own; a monodromy operator is only what it is compared to.
 _Fixed = Annotated[arguments.Discretization, tyro.conf.Fixed, tyro.conf.Suppress]
 _DISCRETIZATION = arguments.Discretization()
+# A march of a few lanes has nothing to store.
+_Unstored = Annotated[arguments.Storage, tyro.conf.Fixed, tyro.conf.Suppress]
+_STORAGE = arguments.Storage()
 
 
 @dataclass(frozen=True)
@@ -48,6 +51,7 @@ class MarchRub(arguments.Rub):
     start: float = 1e-7
     """Displacement of the tip one revolution before t = 0, m."""
     discretization: _Fixed = _DISCRETIZATION
+    storage: _Unstored = _STORAGE
 
     name: ClassVar[str] = "rub-march"
 
@@ -70,6 +74,7 @@ class MarchMilling(arguments.Milling):
     start: float = 1e-6
     """Deflection of the tool until t = 0, m."""
     discretization: _Fixed = _DISCRETIZATION
+    storage: _Unstored = _STORAGE
 
     name: ClassVar[str] = "milling-march"
 
@@ -98,6 +103,7 @@ class MarchTurning(arguments.Turning):
     )
     """Feed per revolution h₀, m."""
     discretization: _Fixed = _DISCRETIZATION
+    storage: _Unstored = _STORAGE
 
     name: ClassVar[str] = "turning-march"
 
@@ -120,6 +126,7 @@ class MarchMathieu(arguments.Mathieu):
     start: float = 1.0
     """Displacement until t = 0."""
     discretization: _Fixed = _DISCRETIZATION
+    storage: _Unstored = _STORAGE
 
     name: ClassVar[str] = "mathieu-march"
 

@@ -60,8 +60,11 @@ def process_of(flags: Any) -> Any:
 _FLAGS = {"roots": (), "duhamel": ("nodes",), "chebyshev": ("nodes",), "sdm": ("steps", "order")}
 
 
-def check_discretization(flags: arguments.Discretization, allowed: tuple[str, ...] = tuple(_FLAGS)) -> None:
-    """Refuse an unknown method, one that does not serve here, and flags that the method does not have."""
+def check_discretization(process: Any) -> None:
+    """Refuse an unknown method, one that does not serve the process, and flags that the method does not have."""
+    flags = process.discretization
+    constant = isinstance(process, arguments.Rub | arguments.Turning)
+    allowed = tuple(name for name in _FLAGS if constant or name != "roots")
     if flags.method is not None:
         _checks.choice("method", flags.method, allowed)
     name = _method_name(flags)

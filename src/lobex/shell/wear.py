@@ -8,6 +8,7 @@ import numpy as np
 from lobex import _checks
 from lobex.shell.arguments import parse_range
 from lobex.shell.models import output_files, rod_modes_of
+from lobex.shell.shares import shared
 from lobex.shell.wear_arguments import DEFAULTS, LAWS, ContactFlags, Wear, WearFlags
 
 if TYPE_CHECKING:
@@ -22,33 +23,37 @@ def run_wear(command: Wear) -> None:
     second = "-spectrum.png" if flags.ramp == 0 else "-history.png"
     files = output_files(flags, (".nc", ".png", "-casing.png", second))
 
-    # JAX is slow to import: only now.
-    from lobex.shell.environment import prepare_jax
+    with shared(flags.storage) as share:
+        # JAX is slow to import: only now.
+        from lobex.shell.environment import prepare_jax
 
-    prepare_jax()
-    from lobex.contact import laws
-    from lobex.contact.casing import Casing
-    from lobex.marches.wear import march_wear
+        prepare_jax()
+        from lobex.contact import laws
+        from lobex.contact.casing import Casing
+        from lobex.studies.wear import march_wear
 
-    shape = flags.casing
-    casing = Casing(
-        shape.nodal_diameters,
-        shape.amplitude,
-        shape.clearance,
-        shape.bump,
-        shape.bump_width,
-        shape.radius,
-        shape.axial_width,
-    )
-    result = march_wear(
-        rod_modes_of(flags.blade),
-        casing,
-        getattr(laws, flags.contact.law.capitalize())(**numbers),
-        speed,
-        flags.revolutions,
-        flags.steps,
-        progress=not flags.output.quiet,
-    )
+        shape = flags.casing
+        casing = Casing(
+            shape.nodal_diameters,
+            shape.amplitude,
+            shape.clearance,
+            shape.bump,
+            shape.bump_width,
+            shape.radius,
+            shape.axial_width,
+        )
+        result = march_wear(
+            rod_modes_of(flags.blade),
+            casing,
+            getattr(laws, flags.contact.law.capitalize())(**numbers),
+            speed,
+            flags.revolutions,
+            flags.steps,
+            **share.arguments,
+            progress=not flags.output.quiet,
+        )
+    if not share.writes:
+        return
     result.save(files[0])
     drawn = _draw(result, files[1:], steady=flags.ramp == 0)
     if not flags.output.quiet:

@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar
 
 import tyro
 
-from lobex.shell.arguments import Output, Range, Rod
+from lobex.shell.arguments import Output, Range, Rod, Storage
 
 LAWS: dict[str, tuple[str, ...]] = {
     "linear": ("stiffness",),
@@ -23,6 +23,7 @@ def _number(hint: str) -> Any:
 
 _NEEDED = _number("none, needed by its law")
 _OUTPUT = Output()
+_STORAGE = Storage()
 
 
 @dataclass(frozen=True)
@@ -99,6 +100,7 @@ class WearFlags:
     casing: CasingFlags = CasingFlags()
     contact: ContactFlags = ContactFlags()
     output: Output = _OUTPUT
+    storage: Storage = _STORAGE
 
     name: ClassVar[str] = "wear"
 

@@ -1,0 +1,66 @@
+"""``lobex store``: what a store holds, whether it is sound, and all of it as one file."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from lobex import _checks
+from lobex.shell.store_arguments import Export, Status, Store
+
+if TYPE_CHECKING:
+    from lobex.studies import store as stores
+
+
+def run_store(command: Store) -> None:
+    """Do what is asked; a damaged chunk ends with exit code 1."""
+    from lobex.studies import store as stores
+
+    action = command.action
+    store = stores.Store.open(action.folder)
+    if isinstance(action, Status):
+        print(_status(store))
+    elif isinstance(action, Export):
+        _export(action)
+    elif not _verify(store):
+        raise SystemExit(1)
+
+
+def _status(store: "stores.Store") -> str:
+    manifest, plan = store.manifest, store.plan
+    done = store.present()
+    size = sum((store.folder / name).stat().st_size for name in done.values())
+    axes = {**plan.axes, "speed": manifest["speed"]}
+    made_by = ", ".join(f"{name} {number}" for name, number in manifest["versions"].items())
+    lines = [
+        f"Store of {manifest['verb']}: {' × '.join(f'{len(values)} {name}' for name, values in axes.items())}",
+        f"  chunks           {len(done)} of {plan.chunks}, {100 * len(done) / plan.chunks:.0f} %",
+        f"  size             {size / 1e6:.1f} MB",
+        f"  made by          {made_by}",
+        "  state            " + ("complete" if len(done) == plan.chunks else "run the same command again to go on"),
+    ]
+    return "\n".join(lines)
+
+
+def _verify(store: "stores.Store") -> bool:
+    from lobex.studies.store import Damage
+
+    done = store.present()
+    damaged = []
+    for number, name in sorted(done.items()):
+        try:
+            store.read(number, name)
+        except Damage as damage:
+            damaged.append(number)
+            print(damage)
+    missing = store.plan.chunks - len(done)
+    print(f"{len(done) - len(damaged)} chunks are sound, {len(damaged)} damaged, {missing} missing")
+    return not damaged
+
+
+def _export(action: Export) -> None:
+    from lobex.results.study import Study
+
+    folder = Path(action.folder).resolve()
+    target = _checks.writable("out", action.out if action.out is not None else f"{folder}.nc")
+    study = Study.open(action.folder)
+    (study if study.over else study.at()).save(target)
+    print(f"{study!r}\n  written          {target}")

@@ -1,0 +1,56 @@
+"""The flags of ``lobex store``."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import tyro
+
+Folder = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="DIR")]
+
+
+@dataclass(frozen=True)
+class Status:
+    """Which study a store holds, and how much of it is done.
+
+    Example: lobex store status study
+    """
+
+    folder: Folder
+    """Folder of the store."""
+
+
+@dataclass(frozen=True)
+class Verify:
+    """Read every chunk and compare its checksum; exit code 1 if any is damaged.
+
+    Example: lobex store verify study
+    """
+
+    folder: Folder
+    """Folder of the store."""
+
+
+@dataclass(frozen=True)
+class Export:
+    """Write a complete store to one NetCDF-4 file, which lobex.load reads.
+
+    Example: lobex store export study --out study.nc
+    """
+
+    folder: Folder
+    """Folder of the store."""
+    out: Annotated[str | None, tyro.conf.arg(metavar="PATH", help_behavior_hint="(default: DIR.nc)")] = None
+    """Path of the file."""
+
+
+@dataclass(frozen=True)
+class Store:
+    """Look at a store, check it, or write it to one file."""
+
+    action: tyro.conf.OmitSubcommandPrefixes[
+        tyro.conf.OmitArgPrefixes[
+            Annotated[Status, tyro.conf.subcommand("status")]
+            | Annotated[Verify, tyro.conf.subcommand("verify")]
+            | Annotated[Export, tyro.conf.subcommand("export")]
+        ]
+    ]

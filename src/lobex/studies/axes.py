@@ -1,0 +1,154 @@
+"""The further axes of a study: which numbers of the model vary, and the model at every combination of them."""
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import jax
+import numpy as np
+
+from lobex import _checks
+from lobex.limits.parameters import number_names
+from lobex.results.description import describe
+
+Axes = dict[str, np.ndarray]
+
+# Names that the arrays of results have already.
+_TAKEN = ("speed", "gain", "lane", "angle", "interval", "edge", "revolution", "sample", "mode", "attributes")
+
+
+def axes_of(over: Mapping[str, Any] | None) -> Axes:
+    """The values of every axis, by name, as increasing float64 grids."""
+    if over is None:
+        return {}
+    if not isinstance(over, Mapping) or not over:
+        raise ValueError(f"over = {_checks.brief(over)} must be a dictionary of one or more grids by name")
+    for name in over:
+        check_name(name)
+    return {name: _checks.grid(f"over[{name!r}]", values) for name, values in over.items()}
+
+
+def check_name(name: Any) -> None:
+    """Require a name that an axis of a file can have."""
+    if isinstance(name, str) and name in _TAKEN:
+        raise ValueError(f"over names {name!r}, which the result has already; give the name of a number of the model")
+    if not isinstance(name, str) or not name or not name.isprintable() or "/" in name:
+        raise ValueError(f"over names {_checks.brief(name)}; give a printable name without a slash")
+
+
+def shape_of(axes: Axes) -> tuple[int, ...]:
+    """The number of values of every axis."""
+    return tuple(len(values) for values in axes.values())
+
+
+def numbers_at(axes: Axes, combination: int) -> dict[str, float]:
+    """The numbers of a combination; the last axis runs fastest."""
+    index = np.unravel_index(combination, shape_of(axes)) if axes else ()
+    return {name: float(values[i]) for (name, values), i in zip(axes.items(), index, strict=True)}
+
+
+class Variation:
+    """A model, and how the numbers of the axes enter it.
+
+    The model is a pytree, a function of a dictionary of numbers, or a dictionary of both. A name of the axes is the
+    path of a number in the pytree, such as "modes.damping_ratio[0]", or without index all numbers of an array;
+    every other name is for the functions, which get all of these.
+    """
+
+    def __init__(self, model: Any, axes: Axes) -> None:
+        self.axes = axes
+        whole = model if isinstance(model, dict) else {"": model}
+        self.functions: dict[str, Callable[[Any], Any]] = {k: v for k, v in whole.items() if _is_function(v)}
+        self.objects = {k: v for k, v in whole.items() if k not in self.functions}
+        self.single = not isinstance(model, dict)
+        self.places = {name: self._places(name) for name in axes}
+        free = [name for name, places in self.places.items() if not places]
+        if free and not self.functions:
+            known = dict.fromkeys(name.split("[")[0] for name in self._names())
+            raise ValueError(f"over names {free[0]!r}, no number of the model; it has {', '.join(known)}")
+        if self.functions and not free:
+            name = next(iter(self.functions)) or "process"
+            raise ValueError(f"{name} is a function; name its numbers in over")
+        self._check_apart()
+        for combination in self._ends():
+            self.at(combination)
+
+    def at(self, combination: int) -> Any:
+        """The model at a combination, its checks passed."""
+        numbers = numbers_at(self.axes, combination)
+        parts = dict(self.objects)
+        leaves, tree = jax.tree.flatten(parts)
+        free = {name: np.float64(value) for name, value in numbers.items() if not self.places[name]}
+        changed = False
+        for name, value in numbers.items():
+            for leaf, chosen in self.places[name]:
+                array = np.array(leaves[leaf], dtype=np.float64)
+                array.flat[chosen] = value
+                leaves[leaf], changed = array, True
+        try:
+            with jax.enable_x64(True):
+                if changed:
+                    parts = {name: _made_anew(part) for name, part in jax.tree.unflatten(tree, leaves).items()}
+                parts |= {name: make(dict(free)) for name, make in self.functions.items()}
+        except ValueError as error:
+            raise ValueError(f"{error}; at {in_words(numbers)}") from None
+        return parts[""] if self.single else parts
+
+    def describe(self) -> dict[str, Any]:
+        """The model at the first value of all axes, and at the last of each."""
+        described = {}
+        for where, combination in zip(("first", *self.axes), self._corners(), strict=True):
+            model = self.at(combination)
+            described[where] = describe(model) if self.single else {k: describe(v) for k, v in model.items()}
+        return described
+
+    def _corners(self) -> list[int]:
+        shape = shape_of(self.axes)
+        last = [tuple((n - 1) * (i == axis) for i, n in enumerate(shape)) for axis in range(len(shape))]
+        return [0, *(int(np.ravel_multi_index(index, shape)) for index in last)]
+
+    def _ends(self) -> list[int]:
+        """Every value of every axis once, with the first of the others."""
+        shape = shape_of(self.axes)
+        strides = [int(np.prod(shape[axis + 1 :])) for axis in range(len(shape))]
+        return [0, *(i * stride for n, stride in zip(shape, strides, strict=True) for i in range(1, n))]
+
+    def _names(self) -> list[str]:
+        return [name.removeprefix(".") for name in number_names(self.objects)]
+
+    def _places(self, name: str) -> list[tuple[int, np.ndarray]]:
+        """The leaves that a name means, and which of their numbers."""
+        names = self._names()
+        places, begin = [], 0
+        for leaf, value in enumerate(jax.tree.leaves(self.objects)):
+            own = names[begin : begin + np.size(value)]
+            begin += np.size(value)
+            chosen = np.flatnonzero([n == name or n.startswith(f"{name}[") for n in own])
+            if len(chosen):
+                places.append((leaf, chosen))
+        return places
+
+    def _check_apart(self) -> None:
+        seen: dict[tuple[int, int], str] = {}
+        for name, places in self.places.items():
+            for leaf, chosen in places:
+                for number in chosen:
+                    other = seen.setdefault((leaf, int(number)), name)
+                    if other != name:
+                        raise ValueError(f"over names {other!r} and {name!r}, which are the same number; drop one")
+
+
+def in_words(numbers: Mapping[str, float]) -> str:
+    """Such as "young_modulus = 2.1e+09, damping_ratio = 0.03"."""
+    return ", ".join(f"{name} = {value:.6g}" for name, value in numbers.items())
+
+
+def _is_function(part: Any) -> bool:
+    return callable(part) and not isinstance(part, type) and not hasattr(part, "system")
+
+
+def _made_anew(part: Any) -> Any:
+    """The same dataclass through its constructor, which checks it and derives what is not a number."""
+    if not dataclasses.is_dataclass(part) or isinstance(part, type):
+        return part
+    return dataclasses.replace(part, **{f.name: _made_anew(getattr(part, f.name)) for f in dataclasses.fields(part)})

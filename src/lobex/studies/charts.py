@@ -1,0 +1,136 @@
+"""``sweep``, with further axes and a store: each chunk is a sweep of its own."""
+
+import time
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, overload
+
+from lobex import _checks
+from lobex.characteristic.method import CharacteristicRoots, suits
+from lobex.grids import sweep as grids
+from lobex.operators.duhamel import Duhamel
+from lobex.operators.operator import Method
+from lobex.processes.process import Process, check_gain, check_process, check_speed
+from lobex.results.chart import Chart
+from lobex.results.description import describe
+from lobex.studies.axes import Variation, axes_of
+from lobex.studies.task import COPIES, Numbers, Over, Path, Share, Task
+
+if TYPE_CHECKING:
+    from lobex.results.study import Study
+
+# Points of a chunk: about a second's work on two cores, and slabs enough for every core.
+_BY_ROOTS, _BY_DUHAMEL, _BY_OPERATORS = 2**18, 2**17, 2**14
+# A point's multiplier, its modulus, its chatter frequency and its error.
+_BYTES = 40
+
+
+@overload
+def sweep(
+    process: Process,
+    speed: Any,
+    gain: Any,
+    method: Method | CharacteristicRoots | None = None,
+    *,
+    store: Path | None = None,
+    processes: Share | None = None,
+    progress: bool = False,
+) -> Chart: ...
+@overload
+def sweep(
+    process: Process | Numbers,
+    speed: Any,
+    gain: Any,
+    method: Method | CharacteristicRoots | None = None,
+    *,
+    over: Over,
+    store: Path | None = None,
+    processes: Share | None = None,
+    progress: bool = False,
+) -> "Study": ...
+def sweep(
+    process: Any,
+    speed: Any,
+    gain: Any,
+    method: Method | CharacteristicRoots | None = None,
+    *,
+    over: Over | None = None,
+    store: Path | None = None,
+    processes: Share | None = None,
+    progress: bool = False,
+) -> "Chart | Study":
+    """The dominant Floquet multiplier and its chatter frequency over a grid: a stability lobe diagram.
+
+    By default, where the coefficients are constant and there is one contact direction, by the roots of the
+    characteristic equation (``CharacteristicRoots()``), and else by operators with as many nodes at every point
+    as its estimated error asks for (``Duhamel(tolerance=1e-8)``). Operators' multipliers come from their powers
+    and are checked against the equations; points that do not settle get more powers, then the dense eigensolver.
+    Runs on all cores, in float64 whatever JAX' setting.
+
+    With ``over``, any numbers of the model are further axes and the result is a ``Study`` of shape
+    (axes…, n, m)::
+
+        lobex.sweep(rub, speed, gain, over={"modes.damping_ratio": [0.01, 0.02, 0.03]}, store="study")
+        lobex.sweep(lambda p: lobex.Rub(lobex.Rod(young_modulus=p["E"]).modes()), speed, gain, over={"E": [2e9, 3e9]})
+
+    A name is the path of a number, as ``sensitivities`` names them; without its index, it stands for all numbers of
+    that array at once. Of a function ``process``, the names are those that it takes.
+
+    With ``store``, chunks of a second or so go to that folder one by one. What ends the call, be it Ctrl-C, a full
+    disk or the machine, costs the chunk in hand; the same call goes on from there, also in several processes at once
+    (docs/cluster.md). A study in a store is read when asked for and never in memory as a whole.
+
+    Args:
+        process: a process, such as ``Rub(modes)``, or with ``over`` a function of a dictionary of numbers.
+        speed: increasing speeds, Hz (revolutions per second), shape (n,).
+        gain: increasing gains, shape (m,): K_e in N/m or depth of cut in m.
+        method: ``CharacteristicRoots()``, ``Duhamel(…)``, ``Chebyshev(…)`` or ``SemiDiscretization(…)``.
+        over: increasing values of further axes, by name.
+        store: folder of the study: a new one, an empty one, or one that holds the same study.
+        processes: (k, n) for the k-th of n processes that share the store, from 0; if not given, as Slurm, Open MPI or
+            PMI tell.
+        progress: show a progress bar on standard error; with ``over`` or ``store``, if that is a terminal.
+
+    Returns:
+        A ``Chart`` of shape (n, m), or with ``over`` a ``Study``.
+
+    Raises:
+        ValueError: for a grid that is empty, not increasing, not one-dimensional or not finite, for speeds
+            not above zero and gains that the process cannot have, for names that the model does not have, for a store
+            of another study, and a folder that cannot be written.
+
+    Warns:
+        SweepWarning: when points failed (they are NaN), or miss the tolerance, when the method's samples are too
+            few to follow the first mode at the lowest speed, when all speeds lie above every lobe, or when chunks of
+            the store were damaged (they are computed again).
+    """
+    if over is None and store is None and processes is None:
+        return grids.sweep(process, speed, gain, method, progress=progress)
+    from lobex.studies.run import run_study
+
+    begun = time.perf_counter()
+    variation = Variation(process, axes_of(over))
+    first = variation.at(0)
+    check_process(first)
+    speeds, gains = _checks.grid("speed", speed, "Hz"), _checks.grid("gain", gain, first.gain.unit)
+    check_speed(first, speeds)
+    check_gain(first, gains)
+    task = Task(
+        verb="sweep",
+        variation=variation,
+        speed=speeds,
+        settings={"gain": gains.tolist(), "method": describe(method)},
+        compute=lambda model, part: grids.sweep(model, part, gains, method),
+        points=len(gains),
+        lanes=max(_points_of_a_chunk(method, first, float(speeds[0])) // len(gains), 1),
+        bytes=COPIES * _BYTES * len(gains),
+    )
+    study = run_study(task, store, processes, progress)
+    return study if over is not None else replace(study.chart(), seconds=time.perf_counter() - begun)
+
+
+def _points_of_a_chunk(method: Any, process: Process, speed: float) -> int:
+    if method is None:
+        method = CharacteristicRoots() if suits(process, speed) else Duhamel()
+    if isinstance(method, CharacteristicRoots):
+        return _BY_ROOTS
+    return _BY_DUHAMEL if isinstance(method, Duhamel) else _BY_OPERATORS

@@ -1,0 +1,91 @@
+"""A study as one NetCDF-4 file, written chunk by chunk, and back."""
+
+import json
+import os
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import h5netcdf
+import numpy as np
+import xarray
+
+from lobex import _checks
+from lobex.results.study import FORM, RAGGED, Study, widened
+from lobex.studies.axes import Axes, check_name, shape_of
+from lobex.studies.blocks import ATTRIBUTES, InFile
+from lobex.studies.plan import Plan
+from lobex.studies.slabs import coordinates_of
+
+_AXES = "over"
+
+
+def write_study(study: Study, path: str | os.PathLike[str]) -> None:
+    """Write ``path`` in one step: a file beside it is written first, chunk by chunk, and then takes its place."""
+    target = _checks.writable("path", path)
+    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
+    try:
+        with h5netcdf.File(partial, "w") as file:
+            _fill(study, file)
+        os.replace(partial, target)
+    # HDF5 reports a full disk in either way.
+    except (OSError, RuntimeError) as error:
+        raise ValueError(f"path = {str(target)!r} cannot be written ({error}); choose another place") from error
+    finally:
+        with suppress(OSError):
+            Path(partial).unlink(missing_ok=True)
+
+
+def _fill(study: Study, file: h5netcdf.File) -> None:
+    plan = study.blocks.plan
+    widest = _widest(study)
+    first = widened(study.blocks.chunk(0), widest)
+    sizes = {str(name): size for name, size in first.sizes.items()}
+    sizes[study.along] = plan.lanes
+    shape = shape_of(plan.axes)
+    file.dimensions = {**dict(zip(plan.axes, shape, strict=True)), **sizes}
+    for name, values in plan.axes.items():
+        file.create_variable(name, (name,), data=values)
+    for name, coordinate in first.coords.items():
+        values = study.speed if name == "speed" else coordinate.to_numpy()
+        made = file.create_variable(str(name), coordinate.dims, data=values)
+        made.attrs.update(coordinate.attrs)
+    for name, variable in first.data_vars.items():
+        made = file.create_variable(str(name), (*plan.axes, *variable.dims), dtype=variable.dtype)
+        made.attrs.update(variable.attrs)
+    attributes = file.create_variable(ATTRIBUTES, tuple(plan.axes), dtype=_text())
+    for combination in range(plan.combinations):
+        index = tuple(int(i) for i in np.unravel_index(combination, shape)) if shape else ()
+        whole = widened(study.whole(combination), widest)
+        for name, variable in whole.data_vars.items():
+            file.variables[str(name)][(*index, ...)] = variable.to_numpy()
+        attributes[(*index, ...)] = json.dumps(_listed(whole.attrs), ensure_ascii=False)
+    file.attrs.update({"format": FORM, "verb": study.verb, _AXES: json.dumps(list(plan.axes))})
+    file.attrs.update(coordinates_of(first))
+
+
+def _widest(study: Study) -> int:
+    """The most stable intervals of any chunk of limits."""
+    if RAGGED not in study.blocks.chunk(0).sizes:
+        return 0
+    return max(study.blocks.chunk(number).sizes[RAGGED] for number in range(study.blocks.plan.chunks))
+
+
+def _text() -> Any:
+    import h5py
+
+    return h5py.string_dtype()
+
+
+def _listed(attributes: dict[Any, Any]) -> dict[str, Any]:
+    return {str(k): v if isinstance(v, str) else np.asarray(v).tolist() for k, v in attributes.items()}
+
+
+def study_from(dataset: xarray.Dataset) -> Study:
+    """The study that a file was made of."""
+    axes: Axes = {}
+    for name in json.loads(dataset.attrs[_AXES]):
+        check_name(name)
+        axes[name] = dataset[name].to_numpy()
+    lanes = dataset.sizes["lane" if "lane" in dataset.sizes else "speed"]
+    return Study(str(dataset.attrs["verb"]), InFile(Plan(axes, lanes, lanes), dataset))

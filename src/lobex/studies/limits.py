@@ -1,0 +1,129 @@
+"""``critical_gain``, with further axes and a store: each chunk is a search of its own."""
+
+import time
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, cast, overload
+
+import numpy as np
+
+from lobex import _checks
+from lobex.characteristic.method import CharacteristicRoots, suits
+from lobex.limits import critical
+from lobex.operators.operator import Method
+from lobex.processes.process import Process, check_process, check_speed
+from lobex.results.description import describe
+from lobex.results.limit import Limit
+from lobex.studies.axes import Variation, axes_of
+from lobex.studies.task import COPIES, Numbers, Over, Path, Share, Task
+
+if TYPE_CHECKING:
+    from lobex.results.study import Study
+
+# Speeds of a chunk, some seconds' work, and what is kept of each.
+_BY_ROOTS, _BY_OPERATORS, _BYTES = 4096, 128, 200
+
+
+@overload
+def critical_gain(
+    process: Process,
+    speed: Any,
+    bounds: tuple[Any, Any],
+    method: Method | CharacteristicRoots | None = None,
+    *,
+    scan: int = 65,
+    store: Path | None = None,
+    processes: Share | None = None,
+    progress: bool = False,
+) -> Limit: ...
+@overload
+def critical_gain(
+    process: Process | Numbers,
+    speed: Any,
+    bounds: tuple[Any, Any],
+    method: Method | CharacteristicRoots | None = None,
+    *,
+    scan: int = 65,
+    over: Over,
+    store: Path | None = None,
+    processes: Share | None = None,
+    progress: bool = False,
+) -> "Study": ...
+def critical_gain(
+    process: Any,
+    speed: Any,
+    bounds: tuple[Any, Any],
+    method: Method | CharacteristicRoots | None = None,
+    *,
+    scan: int = 65,
+    over: Over | None = None,
+    store: Path | None = None,
+    processes: Share | None = None,
+    progress: bool = False,
+) -> "Limit | Study":
+    """The lowest gain within bounds at which a process turns from stable to unstable, per speed.
+
+    For constant coefficients every gain at which a root stands on the imaginary axis is found at once, and with them
+    the number of unstable roots at all gains: nothing is scanned, and the limits are good to rounding.
+
+    With an operator, a scan of ``scan`` equally spaced gains brackets the sign changes of log max|μ|; cells in which
+    the neighbours' slopes point across zero are divided further. Newton's method with the derivative of the
+    dominant multiplier then polishes every crossing, of all speeds side by side, within its bracket. An instability
+    that begins and ends between two scanned gains without showing in the slopes beside it is missed: take a finer
+    scan.
+
+    Under ``jit``, ``grad`` or ``vmap`` the lowest crossing alone is found, with an operator of fixed size, and
+    ``gain`` carries the derivative by the implicit function theorem with respect to speed and every number of the
+    process; ``intervals`` and ``error`` are NaN there.
+
+    With ``over`` and ``store`` as for ``sweep``: further axes, and a folder to which the chunks go.
+
+    Args:
+        process: a process, such as ``Rub(modes)``, or with ``over`` a function of a dictionary of numbers.
+        speed: speeds, Hz (revolutions per second), (n,) or one number; with ``over`` increasing.
+        bounds: lowest and highest gain, in the units of the process' gain.
+        method: None for ``CharacteristicRoots()`` where the process has constant coefficients and one contact
+            direction, and ``Duhamel()`` elsewhere; or one of these, ``Chebyshev(…)`` or ``SemiDiscretization(…)``.
+        scan: number of gains in the scan of an operator.
+        over, store, processes: further axes, the study's folder and its share, as ``sweep`` takes them.
+        progress: show a progress bar on standard error; with ``over`` or ``store``, if that is a terminal.
+
+    Returns:
+        A ``Limit`` over the speeds, or with ``over`` a ``Study``. Where no limit lies in the bounds, ``gain`` is NaN
+        and ``status`` says why.
+
+    Raises:
+        ValueError: for speeds that are not positive and finite, bounds that are not two increasing gains that
+            the process can have, a scan of fewer than 3 gains, and axes or stores as ``sweep`` refuses them.
+
+    Warns:
+        SweepWarning: when the method's samples are too few to follow the first mode at the lowest speed, when
+            all speeds lie above every lobe, or when chunks of the store were damaged (they are computed again).
+    """
+    if over is None and store is None and processes is None:
+        return critical.critical_gain(process, speed, bounds, method, scan=scan, progress=progress)
+    from lobex.studies.run import run_study
+
+    begun = time.perf_counter()
+    variation = Variation(process, axes_of(over))
+    first = variation.at(0)
+    check_process(first)
+    speeds = _checks.as_numbers("speed", speed, "Hz")
+    if speeds is None or speeds.ndim > 1 or speeds.size == 0:
+        raise ValueError(f"speed has shape {np.shape(speed)}; give one speed or a list of them, not traced by JAX")
+    speeds = np.atleast_1d(speeds) if over is None else _checks.grid("speed", np.atleast_1d(speeds), "Hz")
+    check_speed(first, speeds)
+    by_roots = suits(first, float(speeds.min())) if method is None else isinstance(method, CharacteristicRoots)
+    task = Task(
+        verb="critical_gain",
+        variation=variation,
+        speed=speeds,
+        settings={"bounds": describe(bounds), "method": describe(method), "scan": describe(scan)},
+        compute=lambda model, part: critical.critical_gain(model, part, bounds, method, scan=scan),
+        points=1,
+        lanes=_BY_ROOTS if by_roots else _BY_OPERATORS,
+        bytes=COPIES * _BYTES,
+    )
+    study = run_study(task, store, processes, progress)
+    if over is not None:
+        return study
+    return replace(cast(Limit, study.at()), seconds=time.perf_counter() - begun)

@@ -1,0 +1,46 @@
+"""How much memory this process may still take."""
+
+import os
+from contextlib import suppress
+from pathlib import Path
+
+_GROUPS, _PROC = Path("/sys/fs/cgroup"), Path("/proc")
+
+
+def available_memory() -> int:
+    """Bytes: what the machine has left and, in a container or a batch job, what its limit leaves."""
+    left = [_left_of_machine(), *_left_of_groups()]
+    return max(min(left), 1)
+
+
+def _left_of_machine() -> int:
+    with suppress(OSError):
+        for line in (_PROC / "meminfo").read_text().splitlines():
+            if line.startswith("MemAvailable:"):
+                return int(line.split()[1]) * 1024
+    # Elsewhere than on Linux the pages in use are not told: half of all of them.
+    return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2
+
+
+def _left_of_groups() -> list[int]:
+    """What the limits of the process' control group, version 2 or 1, and of those above it leave."""
+    try:
+        own = [line.split(":", 2) for line in (_PROC / "self/cgroup").read_text().splitlines()]
+    except OSError:
+        return []
+    left = []
+    for _, controllers, path in own:
+        if controllers == "":
+            base, limit, used = _GROUPS, "memory.max", "memory.current"
+        elif "memory" in controllers.split(","):
+            base, limit, used = _GROUPS / "memory", "memory.limit_in_bytes", "memory.usage_in_bytes"
+        else:
+            continue
+        folder = base / path.lstrip("/")
+        for group in (folder, *folder.parents):
+            # No such group here, or "max": no limit.
+            with suppress(OSError, ValueError):
+                left.append(int((group / limit).read_text()) - int((group / used).read_text()))
+            if group == base:
+                break
+    return left

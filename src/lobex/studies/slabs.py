@@ -1,0 +1,65 @@
+"""The bytes of a chunk: a result as one NetCDF-4 file in memory, and back."""
+
+import hashlib
+import io
+from typing import Any
+
+import h5netcdf
+import h5py
+import numpy as np
+import xarray
+
+_DIGITS = 16
+
+
+def checksum(content: bytes) -> str:
+    """The first 16 hexadecimal digits of the SHA-256."""
+    return hashlib.sha256(content).hexdigest()[:_DIGITS]
+
+
+def to_bytes(dataset: xarray.Dataset) -> bytes:
+    """A dataset of numbers as a file. The same dataset gives the same bytes: nothing in it tells the time."""
+    buffer = io.BytesIO()
+    with h5netcdf.File(buffer, "w") as file:
+        file.dimensions = {str(name): size for name, size in dataset.sizes.items()}
+        for name, variable in dataset.variables.items():
+            made = file.create_variable(str(name), variable.dims, data=variable.to_numpy())
+            made.attrs.update(variable.attrs)
+        file.attrs.update(dataset.attrs)
+        file.attrs.update(coordinates_of(dataset))
+    return buffer.getvalue()
+
+
+def coordinates_of(dataset: xarray.Dataset) -> dict[str, str]:
+    """The attribute by which a file names coordinates that are no dimensions."""
+    names = [str(name) for name in dataset.coords if name not in dataset.dims]
+    return {"coordinates": " ".join(names)} if names else {}
+
+
+def from_bytes(content: bytes) -> xarray.Dataset:
+    """The dataset of a file in memory; ValueError where it is none, or leads out of itself."""
+    try:
+        with h5py.File(io.BytesIO(content), "r") as file:
+            _refuse_ways_out(file)
+        with xarray.open_dataset(io.BytesIO(content), engine="h5netcdf") as stored:
+            return stored.load()
+    except (OSError, KeyError, RuntimeError) as error:
+        raise ValueError(f"no readable NetCDF-4 file ({error})") from error
+
+
+def plain(dataset: xarray.Dataset) -> xarray.Dataset:
+    """A result's dataset as its file gives it back, whatever it was read from: attributes are NumPy numbers."""
+    attributes: dict[Any, Any] = {
+        name: value if isinstance(value, str) else np.asarray(value)[()] for name, value in dataset.attrs.items()
+    }
+    return dataset.assign_attrs(attributes)
+
+
+def _refuse_ways_out(group: h5py.Group) -> None:
+    """HDF5 can point to other files: such a file is none of ours."""
+    for name in group:
+        if not isinstance(group.get(name, getlink=True), h5py.HardLink):
+            raise ValueError(f"{name!r} is a link")
+        item = group[name]
+        if not isinstance(item, h5py.Dataset) or item.external or item.is_virtual:
+            raise ValueError(f"{name!r} is no plain array")

@@ -1,0 +1,47 @@
+"""What a study computes: a verb, told for any chunk of it."""
+
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from lobex.results.chart import Chart
+from lobex.results.limit import Limit
+from lobex.results.wear_map import WearMap
+from lobex.studies.axes import Variation
+
+Result = Chart | Limit | WearMap
+Path = str | os.PathLike[str]
+Over = Mapping[str, Any]
+Numbers = Callable[[dict[str, Any]], Any]
+Share = tuple[int, int]
+
+COPIES = 4
+"""About so often the results of a chunk are held while it is computed and written."""
+
+
+@dataclass(frozen=True)
+class Task:
+    """A verb over the combinations of further axes and over speeds.
+
+    Attributes:
+        verb: its name.
+        variation: the model at every combination.
+        speed: the speeds, one per lane, (n,) or (n, revolutions).
+        settings: the other arguments, as a manifest tells them.
+        compute: the verb at a model and some of the speeds.
+        points: points per lane, for the progress bar.
+        lanes: lanes that make up a chunk of a few seconds.
+        bytes: memory that the results of one lane take while they are computed and written.
+    """
+
+    verb: str
+    variation: Variation
+    speed: np.ndarray
+    settings: dict[str, Any]
+    compute: Callable[[Any, np.ndarray], Result]
+    points: int
+    lanes: int
+    bytes: int

@@ -1,0 +1,256 @@
+"""Studies in processes of their own: killed, interrupted, side by side, and from the shell."""
+
+import contextlib
+import fcntl
+import os
+import pty
+import re
+import signal
+import struct
+import subprocess
+import sys
+import termios
+import time
+
+import numpy as np
+import pytest
+
+import lobex
+from lobex.results.study import Study
+from lobex.studies.processes import Children
+
+COUNT = 30
+PROGRAM = f"""
+import sys
+import numpy as np
+import lobex
+share = tuple(map(int, sys.argv[2].split("/")))
+rub = lobex.Rub(lobex.Rod(1).modes(0.03))
+over = {{"modes.damping_ratio": np.linspace(0.01, 0.1, {COUNT})}}
+lobex.sweep(
+    rub, np.linspace(300, 700, 40), np.linspace(0, 4e6, 30), lobex.Chebyshev(16),
+    over=over, store=sys.argv[1], processes=share, progress=True,
+)
+"""
+
+
+@pytest.fixture(scope="module")
+def environment(tmp_path_factory):
+    """One cache of compiled programs for all processes."""
+    cache = {"JAX_COMPILATION_CACHE_DIR": str(tmp_path_factory.mktemp("jax"))}
+    return {**os.environ, **cache, "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0.1"}
+
+
+@pytest.fixture
+def plain():
+    """The shell keeps its programs itself; JAX 0.9 would print a line for each that it finds."""
+    return dict(os.environ)
+
+
+@pytest.fixture(scope="module")
+def begin(environment):
+    """Start the study of this file."""
+
+    def start(folder, share="0/1"):
+        command = [sys.executable, "-c", PROGRAM, str(folder), share]
+        return subprocess.Popen(command, env=environment, stderr=subprocess.PIPE, text=True)
+
+    return start
+
+
+@pytest.fixture(scope="module")
+def uninterrupted(begin, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("whole") / "s"
+    process = begin(folder)
+    _, error = process.communicate(timeout=300)
+    assert process.returncode == 0, error
+    # A bar is for a terminal.
+    assert "pt/s" not in error
+    return names(folder)
+
+
+def names(folder):
+    """The files of a store; the names of chunks carry checksums, so that the same names are the same bits."""
+    return sorted(path.name for path in folder.glob("[!.]*")) if folder.exists() else []
+
+
+def wait_for(folder, least, process):
+    """Until there are so many files."""
+    while len(names(folder)) < least:
+        assert process.poll() is None, process.stderr.read()
+        time.sleep(0.005)
+
+
+def test_a_store_killed_at_random_instants_ends_the_same(begin, uninterrupted, tmp_path):
+    folder, random = tmp_path / "s", np.random.default_rng(7)
+    kills, process = 0, begin(folder)
+    while kills < 4 and len(names(folder)) < COUNT:
+        wait_for(folder, min(len(names(folder)) + 1 + random.integers(5), COUNT), process)
+        time.sleep(0.05 * random.random())
+        process.kill()
+        process.communicate()
+        kills += 1
+        assert set(names(folder)) <= set(uninterrupted)
+        process = begin(folder)
+    _, error = process.communicate(timeout=300)
+    assert process.returncode == 0, error
+    assert kills >= 3
+    assert names(folder) == uninterrupted
+    assert not list(folder.glob(".*"))
+
+
+@pytest.mark.parametrize("shares", [("0/2", "1/2"), ("0/1", "0/1")], ids=["shared", "the same twice"])
+def test_two_processes_make_what_one_makes(shares, begin, uninterrupted, tmp_path):
+    both = [begin(tmp_path / "s", share) for share in shares]
+    for process in both:
+        _, error = process.communicate(timeout=300)
+        assert process.returncode == 0, error
+    assert names(tmp_path / "s") == uninterrupted
+
+
+def test_one_of_two_completes_what_the_killed_one_leaves(begin, uninterrupted, tmp_path):
+    folder = tmp_path / "s"
+    first, second = begin(folder, "0/2"), begin(folder, "1/2")
+    wait_for(folder, 3, second)
+    second.kill()
+    second.communicate()
+    _, error = first.communicate(timeout=300)
+    assert first.returncode == 0, error
+    assert names(folder) == uninterrupted
+
+
+def test_a_killed_share_is_completed_by_a_rerun_of_one(begin, uninterrupted, tmp_path):
+    folder = tmp_path / "s"
+    process = begin(folder, "1/2")
+    wait_for(folder, 5, process)
+    process.kill()
+    process.communicate()
+    assert "manifest.json" in names(folder)
+    # It began with its own share, every second chunk.
+    assert {int(name[:8]) % 2 for name in names(folder) if name != "manifest.json"} == {1}
+    process = begin(folder, "0/1")
+    _, error = process.communicate(timeout=300)
+    assert process.returncode == 0, error
+    assert names(folder) == uninterrupted
+
+
+def test_ctrl_c_keeps_what_is_done_and_says_so(begin, uninterrupted, tmp_path):
+    folder = tmp_path / "s"
+    process = begin(folder)
+    wait_for(folder, 4, process)
+    process.send_signal(signal.SIGINT)
+    _, error = process.communicate(timeout=60)
+    assert process.returncode != 0
+    done = len(names(folder)) - 1
+    assert f"KeyboardInterrupt: {done} of {COUNT} chunks are in" in error
+    assert set(names(folder)) <= set(uninterrupted)
+
+
+def test_a_terminal_is_shown_the_rate_and_the_time_left(environment, uninterrupted, tmp_path):
+    ours, theirs = pty.openpty()
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 120, 0, 0))
+    command = [sys.executable, "-c", PROGRAM, str(tmp_path / "s"), "0/1"]
+    process = subprocess.Popen(command, env=environment, stderr=theirs)
+    os.close(theirs)
+    shown = b""
+    # At the end of the other side a terminal's reading fails.
+    with contextlib.suppress(OSError):
+        while part := os.read(ours, 4096):
+            shown += part
+    os.close(ours)
+    assert process.wait(timeout=60) == 0
+    assert re.search(rb"\d+%\|.*\[\d\d:\d\d<\d\d:\d\d, .*pt/s\]", shown)
+    assert names(tmp_path / "s") == uninterrupted
+
+
+def test_children_end_when_this_process_fails_and_are_missed_when_they_do():
+    begun = time.monotonic()
+    with pytest.raises(KeyboardInterrupt), Children(["-c", "import time; time.sleep(100)"], 3) as children:
+        raise KeyboardInterrupt
+    assert time.monotonic() - begun < 50
+    assert all(child.returncode for child in children.running)
+    with (
+        pytest.warns(RuntimeWarning, match="process 1 of 2 ended with exit code 3; the others did its share"),
+        Children(["-c", "import sys; sys.exit(3 * (sys.argv[1:] == ['--process', '1/2']))"], 2),
+    ):
+        pass
+
+
+# 200 speeds and 200 gains of a method by operators are four chunks.
+LOBES = ("lobes", "rub", "--elements", "1", "--speed", "300:700:200", "--gain", "0:4e6:200", "--nodes", "12")
+
+
+def shell(*arguments, cwd, env):
+    command = [sys.executable, "-m", "lobex.shell.main", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=300, cwd=cwd, env=env)
+
+
+def test_the_shell_shares_stores_verifies_and_exports(plain, tmp_path):
+    done = shell(*LOBES, "--store", "s", "--processes", "2", "--out", "a", cwd=tmp_path, env=plain)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["a.nc", "a.png", "s"]
+    assert len(list((tmp_path / "s").glob("0*.nc"))) == 4
+    chart = lobex.load(tmp_path / "a.nc")
+    np.testing.assert_array_equal(Study.open(tmp_path / "s")["multiplier"], chart.multiplier)
+
+    status = shell("store", "status", "s", cwd=tmp_path, env=plain)
+    assert "4 of 4, 100 %" in status.stdout
+    assert "200 speed" in status.stdout
+    export = shell("store", "export", "s", "--out", "b.nc", cwd=tmp_path, env=plain)
+    assert export.returncode == 0, export.stderr
+    np.testing.assert_array_equal(lobex.load(tmp_path / "b.nc").multiplier, chart.multiplier)
+
+    victim = sorted((tmp_path / "s").glob("0*.nc"))[1]
+    victim.write_bytes(victim.read_bytes()[:-1])
+    verify = shell("store", "verify", "s", cwd=tmp_path, env=plain)
+    assert verify.returncode == 1
+    assert "3 chunks are sound, 1 damaged, 0 missing" in verify.stdout
+    refused = shell("store", "export", "s", cwd=tmp_path, env=plain)
+    assert refused.returncode == 2
+    assert "chunk 1" in refused.stderr
+
+    again = shell(*LOBES, "--store", "s", "--process", "1/2", "--out", "c", cwd=tmp_path, env=plain)
+    assert again.returncode == 0
+    assert "1 of 4 chunks" in again.stderr
+    # Process 0 writes.
+    assert not (tmp_path / "c.nc").exists()
+    assert "4 chunks are sound" in shell("store", "verify", "s", cwd=tmp_path, env=plain).stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("lobes", "rub", "--processes", "2"), "without --store"),
+        (("lobes", "rub", "--process", "0/2"), "without --store"),
+        (("lobes", "rub", "--store", "s", "--process", "2/2"), "give a number from 0 to 1"),
+        (("lobes", "rub", "--store", "s", "--process", "half"), "process = 'half'"),
+        (("lobes", "rub", "--store", "s", "--processes", "0"), "processes = 0"),
+        (("lobes", "rub", "--store", "/proc/s"), "cannot be written"),
+        (("limit", "rub", "--exact", "--store", "s"), "has no use with --exact"),
+        (("limit", "rub", "--sensitivity", "--store", "s"), "has no use with --sensitivity"),
+        (("march", "rub", "--store", "s"), "--store"),
+        (("store", "status", "nowhere"), "is not a folder"),
+        (("store", "verify", "."), "has no manifest.json"),
+        (("store", "export", "."), "has no manifest.json"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_2(arguments, words, plain, tmp_path):
+    done = shell(*arguments, cwd=tmp_path, env=plain)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert done.stderr.startswith("lobex: error: ")
+    assert done.stderr.count("\n") == 1
+    assert words in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_wear_and_limits_go_to_stores_too(plain, tmp_path):
+    march = ("wear", "--speed", "100:300:40", "--revolutions", "2", "--steps", "512", "--elements", "2", "--store", "w")
+    limits = ("limit", "rub", "--speed", "200:400:5", "--gain", "1e5:2e6:5", "--elements", "1", "--nodes", "16")
+    for words in (march, (*limits, "--store", "l")):
+        done = shell(*words, "--quiet", cwd=tmp_path, env=plain)
+        assert done.returncode == 0, done.stderr
+    assert lobex.load(tmp_path / "wear.nc").depth.shape == (40, 512)
+    chunk = next((tmp_path / "l").glob("0*.nc"))
+    np.testing.assert_array_equal(lobex.load(tmp_path / "rub-limit.nc").gain, lobex.load(chunk).gain)
