@@ -1,6 +1,7 @@
 """The dominant multiplier at many points, with as many nodes at each as its estimated error asks for."""
 
 import os
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
@@ -33,7 +34,7 @@ _SPEEDS = 32
 _FEW = 64
 _MANY = 20_000
 # Nodes that 1e-8 takes, for the first guess alone: measured on blade rub and milling.
-_LEAST, _PER_RADIAN = 5.5, 0.75
+_LEAST, _PER_RADIAN = 6.0, 0.75
 
 
 def refined_over_grid(
@@ -84,12 +85,34 @@ class _Refinement:
             tqdm(total=len(row), unit="pt", unit_scale=True, disable=not progress, leave=False) as bar,
             ThreadPoolExecutor(os.cpu_count()) as pool,
         ):
+            if len(row) >= _MANY:
+                list(pool.map(lambda call: call(), self._rehearsals(start, speeds[0], gain[0])))
             for mine, slab in pool.map(work, range(len(edges) - 1)):
                 multiplier[mine], frequency[mine], error[mine] = slab.multiplier, slab.frequency, slab.error
                 nodes[mine] = np.asarray(self.sizes)[slab.size]
                 dense_points += slab.dense_points
                 bar.update(len(mine))
         return Dominant(multiplier, frequency, error, nodes, dense_points)
+
+    def _rehearsals(self, start: np.ndarray, speed: float, gain: float) -> list[Callable[[], object]]:
+        """Calls that compile, side by side, what many points need: the sizes begun with, or the one and the next."""
+        wanted = np.unique(start)
+        if len(wanted) == 1:
+            wanted = np.arange(wanted[0], min(wanted[0] + 2, len(self.sizes)))
+        methods = [replace(self.method, nodes=self.sizes[i]) for i in wanted]
+
+        def prepare(method: Duhamel) -> object:
+            with jax.enable_x64(True):
+                return _prepared(self.process, method, np.full(_SPEEDS, speed), gain)
+
+        def evaluate(method: Duhamel) -> object:
+            with jax.enable_x64(True):
+                shapes = jax.eval_shape(_prepared, self.process, method, np.full(_SPEEDS, speed), gain)
+                prepared = jax.tree.map(lambda part: np.zeros(part.shape, part.dtype), shapes)
+                slab = _Slab(self, np.full(_SPEEDS, speed), np.zeros(1, dtype=int), np.full(1, gain))
+                return slab.evaluate(prepared, np.zeros(1, dtype=int), method, _EFFORTS[0])
+
+        return [partial(call, method) for method in methods for call in (evaluate, prepare)]
 
     def _start(self, speeds: np.ndarray, points: int) -> np.ndarray:
         """Index of the size to begin with, per speed: from how far the first mode turns within a piece."""
@@ -129,25 +152,28 @@ class _Slab:
 
     def _settle(self, points: np.ndarray, method: Duhamel) -> None:
         """Compute points with the nodes of ``method``, with more effort where the pair does not settle."""
-        process = self.whole.process
-        prepared = _prepared(process, method, np.resize(self.speeds, _SPEEDS), self.gain[0])
+        prepared = _prepared(self.whole.process, method, np.resize(self.speeds, _SPEEDS), self.gain[0])
         for effort in _EFFORTS:
-            densely = effort == 0
-            self.dense_points += densely * len(points)
-            size = _FEW if densely else self._batch(method)
-            for begin in range(0, len(points), size):
-                part = points[begin : begin + size]
-                filled = np.resize(part, size)
-                row = self.row[filled]
-                results = _dominant(
-                    process, prepared, row, self.speeds[row], self.gain[filled], method, effort, densely
-                )
-                targets = (self.multiplier, self.frequency, self.error, self.defect)
-                for target, result in zip(targets, results, strict=True):
-                    target[part] = np.asarray(result)[: len(part)]
+            self.dense_points += (effort == 0) * len(points)
+            self.evaluate(prepared, points, method, effort)
             points = points[~(self.defect[points] < _SETTLED)]
             if not len(points):
                 return
+
+    def evaluate(self, prepared: Any, points: np.ndarray, method: Duhamel, effort: int) -> None:
+        """Put the results of points in their places, a batch at a time, the last filled up with repeats."""
+        densely = effort == 0
+        size = _FEW if densely else self._batch(method)
+        targets = (self.multiplier, self.frequency, self.error, self.defect)
+        for begin in range(0, len(points), size):
+            part = points[begin : begin + size]
+            filled = np.resize(part, size)
+            row = self.row[filled]
+            results = _dominant(
+                self.whole.process, prepared, row, self.speeds[row], self.gain[filled], method, effort, densely
+            )
+            for target, result in zip(targets, results, strict=True):
+                target[part] = np.asarray(result)[: len(part)]
 
     def _batch(self, method: Duhamel) -> int:
         size = method.size(self.whole.process.system(self.speeds[0], self.gain[0]))
