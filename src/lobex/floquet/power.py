@@ -40,7 +40,7 @@ def dominant(matrix: Array, squarings: Array) -> Pair:
     return _in_plane(matrix, start)
 
 
-def dominant_triple(matrix: Array, squarings: int = 10) -> tuple[Triple, Array]:
+def dominant_triple(matrix: Array, squarings: Array) -> tuple[Triple, Array]:
     """The dominant multiplier and both its vectors, complex, and the larger residual |Uv − μv|/|μ| of the two.
 
     Where another multiplier has the modulus of the dominant one, left and right vector may belong to different
