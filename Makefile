@@ -2,6 +2,8 @@
 # make test   make the environment and run the tests
 # make lint   ruff and pyright
 # make bench  measure, and rewrite benchmarks/RESULTS.md
+# make figures  the thesis' figures into figures/, with their numbers
+# make docs   build the documentation into docs/_build
 # make picture  draw the README's picture anew
 #
 # PYTHON=... chooses an interpreter and VENV=... a folder; by default the newest Python that runs here.
@@ -14,7 +16,7 @@ PYTHON ?= $(shell $(NEWEST))
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test lint bench picture clean
+.PHONY: demo test lint bench figures docs picture clean
 
 demo: $(VENV)/.package
 	$(BIN)/lobex lobes rub --out rub
@@ -33,12 +35,18 @@ bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/wear.py
 	$(BIN)/python benchmarks/growth_of_studies.py
 
+figures: $(VENV)/.package
+	$(BIN)/lobex reproduce --out figures
+
+docs: $(VENV)/.docs
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet docs docs/_build
+
 picture: $(VENV)/.package
 	$(BIN)/lobex lobes rub --out docs/images/rub
 	rm docs/images/rub.nc
 
 clean:
-	rm -rf $(VENV)
+	rm -rf $(VENV) docs/_build
 
 # Debian ships venv without ensurepip: then the interpreter's own pip installs into the environment.
 $(VENV)/.made:
@@ -63,3 +71,7 @@ $(VENV)/.bench: $(VENV)/.made pyproject.toml
 $(VENV)/.dev: $(VENV)/.made pyproject.toml
 	$(INSTALL) '.[dev]'
 	touch $@ $(VENV)/.test $(VENV)/.package
+
+$(VENV)/.docs: $(VENV)/.made pyproject.toml
+	$(INSTALL) '.[docs]'
+	touch $@ $(VENV)/.package

@@ -1,0 +1,145 @@
+"""The documentation: its code runs, its pages say what its numbers say, and these come out again."""
+
+import json
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import lobex
+from lobex.gallery.registry import NAMES, figure
+
+DOCS = Path(__file__).parents[1] / "docs"
+sys.path.insert(0, str(DOCS))
+
+import errata  # noqa: E402
+import pages  # noqa: E402
+import references  # noqa: E402
+
+# Rendered notebooks have tests of their own (test_notebooks.py), and so has cluster.md (test_study.py).
+PAGES = [p for p in sorted([*DOCS.glob("*.md"), *DOCS.glob("howto/*.md")]) if p.name != "cluster.md"]
+CONTENT = pages.read(DOCS)
+
+
+def code_of(page):
+    return re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL)
+
+
+# What a page says of its numbers.
+CLAIMS = {
+    "own_matrices.md": lambda n: np.median(n["limit"].gain / n["every"].gain) < 1,
+    "receptance.md": lambda n: n["off"].max() < 1e-4,
+    "milling.md": lambda n: set(n["limit"].kind) <= {"hopf", "flip", ""} and n["limit"].intervals[0].size,
+    "limits.md": lambda n: np.array_equal(n["searched"].status == "found", np.isfinite(n["searched"].gain)),
+    "boundary.md": lambda n: len(n["traced"]) > 0 and n["traced"].residual < 1e-8,
+    "jax.md": lambda n: n["value"] == pytest.approx(920209.5963) and np.all(np.diff(n["gains"]) > 0),
+    "sharp_bits.md": lambda n: np.isnan(n["narrow"].gain[0]) and np.all(n["narrow"].intervals[0, 0] == [4.5e4, 5e5]),
+    "index.md": lambda n: np.isfinite(n["limit"].gain).all(),
+}
+
+
+def test_every_page_with_code_has_its_claim():
+    assert {page.name for page in PAGES if code_of(page)} == set(CLAIMS)
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if code_of(page)], ids=lambda page: page.name)
+def test_code_of_pages_runs_in_order(page, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names: dict[str, object] = {}
+    for block in code_of(page):
+        exec(compile(block, page.name, "exec"), names)
+    assert CLAIMS[page.name](names)
+    wanted = re.findall(r'(?:savefig|save|mmwrite)\("([^"]+)"', page.read_text())
+    assert {path.name for path in tmp_path.iterdir()} == set(wanted)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(DOCS)))
+def test_links_lead_to_files(page):
+    targets = re.findall(r"\]\(([^)\s]+)\)", re.sub(r"```.*?```", "", page.read_text(), flags=re.DOTALL))
+    for target in targets:
+        path, _, anchor = target.partition("#")
+        assert (page.parent / path).is_file(), target
+        headings = re.findall(r"^#+ (.*)$", (page.parent / path).read_text(), re.MULTILINE) if anchor else []
+        assert not anchor or anchor in map(pages.slug, headings), target
+
+
+def test_the_reference_names_every_export_once():
+    text = (DOCS / "api.md").read_text()
+    named = re.findall(r"\.\. auto(?:class|function|exception):: lobex\.(\w+)", text)
+    assert sorted(named) == sorted(set(lobex.__all__) - {"__version__"})
+
+
+def test_written_pages_are_what_the_numbers_say():
+    assert (DOCS / "validation.md").read_text() == pages.validation(CONTENT)
+    assert (DOCS / "gallery.md").read_text() == pages.gallery(CONTENT)
+
+
+def test_the_gallery_has_a_small_picture_of_every_figure():
+    pictures = {path.stem: path.stat().st_size for path in (DOCS / "gallery").iterdir()}
+    assert set(pictures) == set(NAMES) == set(CONTENT["figures"])
+    assert max(pictures.values()) < 60_000
+
+
+def test_recorded_numbers_of_two_codes_agree():
+    assert max(row["difference"] for row in CONTENT["multipliers"]) < 1e-9
+    assert max(row["difference"] for row in CONTENT["limits"]) < 5e-8
+    for name in ("multipliers", "limits"):
+        cases = json.loads((DOCS.parent / "tests" / "data" / f"{name}.json").read_text())["cases"]
+        assert len(CONTENT[name]) == sum(len(np.atleast_1d(case.get("critical_depth_m", 0))) for case in cases)
+
+
+def assert_same(actual, recorded):
+    """Equal words; numbers to what another machine repeats, where rounding errors are as good as zero."""
+    if isinstance(recorded, dict):
+        assert set(actual) == set(recorded)
+        for key in recorded:
+            assert_same(actual[key], recorded[key])
+    elif isinstance(recorded, float):
+        assert actual == pytest.approx(recorded, rel=1e-7, abs=1e-9)
+    else:
+        assert actual == recorded
+
+
+# Quick ones: no march, no operator.
+@pytest.mark.parametrize("name", ["fig-1.2", "fig-3.1", "fig-4.7", "fig-4.9", "fig-4.11"])
+def test_findings_come_out_as_recorded(name):
+    one = figure(name)
+    recorded = CONTENT["figures"][name]
+    assert (one.title, one.claim) == (recorded["title"], recorded["claim"])
+    for finding, wanted in zip(one.findings(one.compute(1.0)), recorded["findings"], strict=True):
+        assert_same(
+            {key: getattr(finding, key) for key in ("claim", "thesis", "agrees", "why", "numbers")},
+            {key: wanted[key] for key in ("claim", "thesis", "agrees", "why", "numbers")},
+        )
+
+
+def test_titles_and_claims_of_all_figures_are_the_recorded_ones():
+    for name, recorded in CONTENT["figures"].items():
+        assert (figure(name).title, figure(name).claim) == (recorded["title"], recorded["claim"])
+
+
+@pytest.mark.parametrize(
+    ("compute", "key", "problem"),
+    [(references.limits, "limits", "rod"), (references.multipliers, "multipliers", "rod")],
+)
+def test_reference_rows_come_out_as_recorded(compute, key, problem):
+    recorded = [row for row in CONTENT[key] if row["problem"].startswith(problem)]
+    for row, wanted in zip(compute(problem), recorded, strict=True):
+        assert_same(row, wanted)
+
+
+def test_effects_of_errata_come_out_as_recorded():
+    assert_same(errata.effects(), CONTENT["errata"])
+
+
+def test_the_printed_sign_leaves_the_blade_without_rest():
+    # The rod of chapter 1 carries E S/L at its tip.
+    told = CONTENT["errata"]
+    assert told["tip_stiffness"] == pytest.approx(210e7 * 10e-4 / 0.5)
+    assert told["least_eigenvalue"] < 0
+    assert told["rate_of_1_us"] == pytest.approx(2 * told["rate_of_2_us"])
+    # 2 k ξ (1 + ξ) of one mode; the others add little.
+    ratio = 0.0177 * 1.0177 / (0.03 * 1.03)
+    assert told["least_of_the_code"] / told["least_of_the_text"] == pytest.approx(ratio, rel=0.02)
