@@ -15,7 +15,8 @@ def carrier_frequency(phase: Array, weight: Array, motion: Array, delay: Array, 
 
     The motion of a multiplier is y(t) = μ^{t/τ} p(t/τ) with p of period 1: its Fourier coefficients are the
     amplitudes at those frequencies (Insperger et al., Multiple chatter frequencies in milling processes,
-    J. Sound Vib. 262, 2003). The largest |k| looked at is half the number of samples.
+    J. Sound Vib. 262, 2003). Those |k| are looked at that the samples tell from each other: up to half the inverse
+    of their widest gap.
 
     Args:
         phase: sampling phases t/τ, (S,).
@@ -40,7 +41,9 @@ def carrier_frequency(phase: Array, weight: Array, motion: Array, delay: Array, 
         (part[:, :r], part[:, r:]) for part in jnp.split(parts, 2)
     )
     power = (real_cosine + imaginary_sine) ** 2 + (imaginary_cosine - real_sine) ** 2
-    carrier = order[jnp.argmax(jnp.sum(power, axis=-1))]
+    gap = jnp.maximum(jnp.max(jnp.diff(phase)), 1 - phase[-1])
+    power = jnp.where(jnp.abs(order) * gap <= 0.5, jnp.sum(power, axis=-1), 0.0)
+    carrier = order[jnp.argmax(power)]
     return jnp.abs(angle / (2 * jnp.pi) + carrier) / delay
 
 

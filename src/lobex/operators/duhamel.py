@@ -20,6 +20,8 @@ Array = Any
 Inverse = Callable[[Array], Array]
 
 _NODES = 40
+# Samples of the free vibration over a piece without force: they resolve 20 waves, whatever the nodes of the force.
+_IN_FLIGHT = 64
 # The error in terms of the last Legendre terms of y: their square (superconvergence), but only in proportion to
 # them through modes that turn too quickly for the nodes. Bounds fitted to blade rub, milling and Mathieu's equation.
 _SMOOTH, _ROUGH = 3.0, 0.05
@@ -95,7 +97,7 @@ class Duhamel:
         r = system.output_size
         row = system.state_size
         for piece, part, start in zip(system.feedback.pieces(), prepared, starts, strict=True):
-            points, weights = gauss_nodes(self.count)
+            points, weights = self._samples(part)
             phase.append(piece.start + piece.length * points)
             weight.append(piece.length * weights)
             if isinstance(part, Flight):
@@ -128,7 +130,7 @@ class Duhamel:
         size = _output_scale(system)
         system = replace(system, inputs=system.inputs * size, outputs=system.outputs / size)
         return tuple(
-            Flight(*free_response(system, piece, gauss_nodes(self.count)[0]))
+            Flight(*free_response(system, piece, gauss_nodes(_IN_FLIGHT)[0]))
             if piece.idle is True
             else forced_response(system, piece, self.count)
             for piece in system.feedback.pieces()
@@ -146,7 +148,7 @@ class Duhamel:
         z, row, turn, feedback = vector[:state], state, rotation(value), system.feedback
         phases, weights, outputs, defects, tails, pushes = [], [], [], [], [], []
         for index, (piece, part) in enumerate(zip(feedback.pieces(), prepared, strict=True)):
-            points, weight = gauss_nodes(self.count)
+            points, weight = self._samples(part)
             phases.append(piece.start + piece.length * points)
             weights.append(piece.length * weight)
             if isinstance(part, Flight):
@@ -176,6 +178,10 @@ class Duhamel:
             defect=jnp.sqrt(unmet / (jnp.sum(vector**2) * jnp.sum(value**2))),
             error=_error(system, tail, missed, value, sum(pushes, jnp.zeros(2))),
         )
+
+    def _samples(self, part: Response | Flight) -> tuple[np.ndarray, np.ndarray]:
+        """Points and weights, on [0, 1], at which the motion over a piece is known."""
+        return gauss_nodes(_IN_FLIGHT if isinstance(part, Flight) else self.count)
 
     def _matrix(
         self, prepared: tuple[Response | Flight, ...], feedback: Feedback, inverse: Inverse
