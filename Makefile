@@ -3,6 +3,7 @@
 # make lint   ruff and pyright
 # make bench  measure, and rewrite benchmarks/RESULTS.md
 # make figures  the thesis' figures into figures/, with their numbers
+# make notebooks   execute the notebooks, and write their pages to docs/notebooks anew
 # make docs   build the documentation into docs/_build
 # make picture  draw the README's picture anew
 #
@@ -16,7 +17,7 @@ PYTHON ?= $(shell $(NEWEST))
 VENV ?= .venv
 BIN := $(VENV)/bin
 
-.PHONY: demo test lint bench figures docs picture clean
+.PHONY: demo test lint bench figures docs notebooks picture clean
 
 demo: $(VENV)/.package
 	$(BIN)/lobex lobes rub --out rub
@@ -40,6 +41,9 @@ figures: $(VENV)/.package
 
 docs: $(VENV)/.docs
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet docs docs/_build
+
+notebooks: $(VENV)/.notebooks
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python notebooks/render.py
 
 picture: $(VENV)/.package
 	$(BIN)/lobex lobes rub --out docs/images/rub
@@ -71,6 +75,10 @@ $(VENV)/.bench: $(VENV)/.made pyproject.toml
 $(VENV)/.dev: $(VENV)/.made pyproject.toml
 	$(INSTALL) '.[dev]'
 	touch $@ $(VENV)/.test $(VENV)/.package
+
+$(VENV)/.notebooks: $(VENV)/.made pyproject.toml
+	$(INSTALL) '.[notebooks]'
+	touch $@ $(VENV)/.package
 
 $(VENV)/.docs: $(VENV)/.made pyproject.toml
 	$(INSTALL) '.[docs]'

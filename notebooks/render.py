@@ -3,7 +3,7 @@
     python notebooks/render.py                # all of them
     python notebooks/render.py 1_quickstart   # or some
 
-Needs jupytext, nbconvert and ipykernel: ``pip install 'lobex[docs]'``.
+Needs jupytext, nbconvert and ipykernel: ``pip install 'lobex[notebooks]'``.
 """
 
 import io

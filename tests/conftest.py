@@ -1,6 +1,9 @@
 import os
 import tempfile
 
+# Before NumPy and SciPy load it: every worker has a core, and JAX a thread on each.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 import matplotlib
 
 matplotlib.use("Agg")

@@ -83,7 +83,7 @@ def test_the_recommended_milling_point_holds():
     assert seen["again"].sum() > 5
     halves = 2 * seen["waves"][seen["flips"]]
     assert halves == pytest.approx(np.round(halves), abs=1e-6)
-    assert np.all(np.round(halves) % 2 == 1)
+    assert set(np.round(halves)) <= {5, 7}
     # Held by nearly all of the drawn tools, at the limit and at the peak by far fewer.
     held = list(seen["held"].values())
     assert held[0] >= 0.9 * seen["TOOLS"]

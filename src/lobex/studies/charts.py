@@ -5,8 +5,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, overload
 
 from lobex import _checks
-from lobex.characteristic.method import CharacteristicRoots, suits
+from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids import sweep as grids
+from lobex.grids.choice import chosen_method
 from lobex.operators.duhamel import Duhamel
 from lobex.operators.operator import Method
 from lobex.processes.process import Process, check_gain, check_process, check_speed
@@ -129,8 +130,7 @@ def sweep(
 
 
 def _points_of_a_chunk(method: Any, process: Process, speed: float) -> int:
-    if method is None:
-        method = CharacteristicRoots() if suits(process, speed) else Duhamel()
+    method = chosen_method(process, speed) if method is None else method
     if isinstance(method, CharacteristicRoots):
         return _BY_ROOTS
     return _BY_DUHAMEL if isinstance(method, Duhamel) else _BY_OPERATORS

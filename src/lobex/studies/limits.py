@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, cast, overload
 import numpy as np
 
 from lobex import _checks
-from lobex.characteristic.method import CharacteristicRoots, suits
+from lobex.characteristic.method import CharacteristicRoots
+from lobex.grids.choice import chosen_method
 from lobex.limits import critical
 from lobex.operators.operator import Method
 from lobex.processes.process import Process, check_process, check_speed
@@ -112,7 +113,7 @@ def critical_gain(
         raise ValueError(f"speed has shape {np.shape(speed)}; give one speed or a list of them, not traced by JAX")
     speeds = np.atleast_1d(speeds) if over is None else _checks.grid("speed", np.atleast_1d(speeds), "Hz")
     check_speed(first, speeds)
-    by_roots = suits(first, float(speeds.min())) if method is None else isinstance(method, CharacteristicRoots)
+    chosen = chosen_method(first, float(speeds.min())) if method is None else method
     task = Task(
         verb="critical_gain",
         variation=variation,
@@ -120,7 +121,7 @@ def critical_gain(
         settings={"bounds": describe(bounds), "method": describe(method), "scan": describe(scan)},
         compute=lambda model, part: critical.critical_gain(model, part, bounds, method, scan=scan),
         points=1,
-        lanes=_BY_ROOTS if by_roots else _BY_OPERATORS,
+        lanes=_BY_ROOTS if isinstance(chosen, CharacteristicRoots) else _BY_OPERATORS,
         bytes=COPIES * _BYTES,
     )
     study = run_study(task, store, processes, progress)
