@@ -4,8 +4,9 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
-import jax
 import numpy as np
+
+from lobex._devices import on_device
 
 Array = Any
 
@@ -22,8 +23,7 @@ def in_chunks(function: Callable[[Array, int], Any], index: Array) -> list[Any]:
 
     def work(start: int) -> Any:
         part = index[start : start + SPEEDS]
-        # JAX keeps its precision per thread.
-        with jax.enable_x64(True):
+        with on_device(start // SPEEDS):
             return function(np.resize(part, SPEEDS), len(part))
 
     if len(index) == 0:

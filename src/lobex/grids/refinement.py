@@ -12,6 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from tqdm import tqdm
 
+from lobex._devices import on_device
 from lobex.floquet import dense, power
 from lobex.floquet.chatter import carrier_frequency
 from lobex.floquet.power import as_complex, as_pair
@@ -76,8 +77,7 @@ class _Refinement:
             mine = order[edges[number] : edges[number + 1]]
             base = number * _SPEEDS
             slab = _Slab(self, speeds[base : base + _SPEEDS], row[mine] - base, gain[mine])
-            # The scope of float64 belongs to a thread.
-            with jax.enable_x64(True):
+            with on_device(number):
                 slab.run(start[row[mine]])
             return mine, slab
 

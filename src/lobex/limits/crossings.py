@@ -10,6 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from lobex._devices import on_device
 from lobex.floquet import dense, power
 from lobex.floquet.chatter import carrier_frequency, chatter_frequency
 from lobex.floquet.dense import Triple
@@ -111,8 +112,7 @@ def _on_all_cores(function: Any, arrays: tuple[np.ndarray, ...]) -> list[np.ndar
 
     def work(start: int) -> Any:
         index = np.resize(np.arange(start, min(start + _BATCH, total)), _BATCH)
-        # The scope of float64 belongs to a thread.
-        with jax.enable_x64(True):
+        with on_device(start // _BATCH):
             return [np.asarray(part) for part in function(*(a[index] for a in arrays))]
 
     starts = range(0, total, _BATCH)

@@ -1,0 +1,21 @@
+"""Work on every local device: worker threads take them in turn."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import jax
+
+
+@contextmanager
+def on_device(number: int) -> Iterator[None]:
+    """Float64, which belongs to a thread as the device does, on the local device whose turn part ``number`` is.
+
+    Where there is one device, such as the CPU with all its cores, nothing is chosen.
+    """
+    devices = jax.local_devices()
+    with jax.enable_x64(True):
+        if len(devices) == 1:
+            yield
+            return
+        with jax.default_device(devices[number % len(devices)]):
+            yield
