@@ -77,7 +77,7 @@ def check_method(method: Any) -> None:
     """Require something that makes a monodromy operator."""
     if isinstance(method, type) or not callable(getattr(method, "operator", None)):
         raise ValueError(
-            f"method = {_checks.brief(method)} is no method; give lobex.Chebyshev() or lobex.SemiDiscretization()"
+            f"method = {_checks.brief(method)} is no method; give such as lobex.Duhamel() or lobex.Chebyshev()"
         )
 
 
