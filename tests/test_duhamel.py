@@ -1,6 +1,7 @@
 """The exact structure and the Gauss points: against quadrature, independent codes and other methods."""
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -13,7 +14,7 @@ from cases import MILL, MULTIPLIER_CASES, ROD, label, point, rub
 from lobex.operators.elimination import inverse
 from lobex.operators.exponential import exponential
 from lobex.operators.moments import cell_phases, exponential_moments
-from lobex.operators.response import forced_response, gauss_nodes
+from lobex.operators.response import forced_response, gauss_nodes, quickness
 from lobex.processes.feedback import Piece
 
 
@@ -137,6 +138,41 @@ def test_elimination_inverts_batches(seed):
         single = inverse(matrices[0, 0])
     assert np.asarray(batched) == pytest.approx(np.linalg.inv(matrices), rel=1e-11, abs=1e-12)
     assert np.asarray(single) == pytest.approx(np.asarray(batched[0, 0]), rel=1e-14, abs=1e-15)
+
+
+@pytest.mark.parametrize("size", [1, 2, 5, 26, 27, 53, 110])
+def test_elimination_inverts_any_size(size):
+    noise = np.random.default_rng(size).standard_normal((5, size, size))
+    matrices = np.eye(size) + 0.3 * noise / np.sqrt(size)
+    with jax.enable_x64(True):
+        found = np.asarray(jax.vmap(inverse)(matrices))
+    assert found == pytest.approx(np.linalg.inv(matrices), rel=1e-11, abs=1e-11)
+
+
+def test_a_mode_is_as_quick_in_any_coordinates():
+    """Also while it does not vibrate, and for larger blocks where they are normal."""
+    rng = np.random.default_rng(5)
+    with jax.enable_x64(True):
+        for values in ([-0.2 + 3j, -0.2 - 3j], [-4.0, 1.0], [-2.0, -2.0]):
+            block = np.array([[0.0, 1.0], [-np.prod(values).real, np.sum(values).real]])
+            turned = [basis @ block @ np.linalg.inv(basis) for basis in rng.standard_normal((3, 2, 2))]
+            expected = np.sqrt(np.mean(np.abs(values) ** 2))
+            assert np.asarray(quickness(np.array([block, *turned]))) == pytest.approx(expected, rel=1e-9)
+        assert np.asarray(quickness(np.array([[[-3.0]], [[2.0]]]))) == pytest.approx([3.0, 2.0])
+        assert np.asarray(quickness(np.diag([1.0, 5.0, 7.0])[None])) == pytest.approx([5.0])
+
+
+def test_a_present_force_without_the_gain_is_taken_in_once_and_for_all():
+    process = lobex.DelayedMathieu(delta=2.5, epsilon=1.3, damping=0.05)
+    system = process.system(1 / (2 * np.pi), 0.7)
+    method = lobex.Duhamel(nodes=18)
+    with jax.enable_x64(True):
+        each, once = (
+            method.assemble(method.prepare(system, resolved), system.feedback, jnp.linalg.inv)
+            for resolved in (False, True)
+        )
+    assert process.gain.delayed_only
+    assert np.asarray(once) == pytest.approx(np.asarray(each), rel=1e-12, abs=1e-13)
 
 
 def test_gradients_of_the_response_are_those_of_differences():

@@ -14,7 +14,7 @@ from lobex.floquet.dense import Triple
 Array = Any
 
 # The last squarings cost more than as many products with a vector.
-_BY_VECTOR = 3
+_BY_VECTOR = 4
 # Weight of the second direction below which its own multiplier is rounding.
 _NEGLIGIBLE = 1e-5
 
@@ -31,7 +31,7 @@ def dominant(matrix: Array, squarings: Array) -> Pair:
 
     What the power 2^squarings of U leaves of the other eigenvalues is (|μ₃|/|μ₁|)^(2^squarings); the dominant one
     and the next, which is its conjugate in most cases, are told apart in the plane of two vectors. Nothing tells
-    here whether that was enough: check the pair against the equations. ``squarings`` are 3 or more.
+    here whether that was enough: check the pair against the equations. ``squarings`` are 4 or more.
     """
     power = _power(matrix, squarings - _BY_VECTOR)
     # The right space from the left one: no start vector is orthogonal to itself.

@@ -19,23 +19,25 @@ from lobex.floquet.power import as_complex, as_pair
 from lobex.grids.dominant import Dominant
 from lobex.operators.duhamel import Duhamel
 from lobex.operators.elimination import inverse
+from lobex.operators.response import quickness, tail_bound
 from lobex.processes.process import Process
 
 Array = Any
 
-# Nodes per piece: a few sizes, since each is compiled for itself.
+# Nodes per piece: a few sizes, since each is compiled for itself, and between them those that a few points begin with.
 _SIZES = (6, 10, 16, 26, 42, 68, 110)
+_FIRST = (6, 8, 10, 13, 16, 20, 22, 26, 34, 42, 54, 68, 86, 110)
 # Work per point, lightest first: squarings of the operator, or 0 for the dense solver.
-_EFFORTS = (8, 16, 24, 0)
+_EFFORTS = (9, 16, 24, 0)
 # The pair is settled where it misses the discrete equations by less.
 _SETTLED = 1e-11
-_CHUNK_BYTES = 2e6
+_CHUNK_BYTES = 1e6
 # Structures prepared at a time, and points taken by the dense solver at a time.
 _SPEEDS = 32
 _FEW = 64
 _MANY = 20_000
-# Nodes that 1e-8 takes, for the first guess alone: measured on blade rub and milling.
-_LEAST, _PER_RADIAN = 6.0, 0.75
+# Radians over half a piece that coefficients add to those of the first mode, for the first guess alone.
+_BY_COEFFICIENTS = 1.5
 
 
 def refined_over_grid(
@@ -59,7 +61,7 @@ class _Refinement:
 
     def __init__(self, process: Process, method: Duhamel) -> None:
         self.process, self.method = process, method
-        self.sizes = _SIZES if method.nodes is None else (method.nodes,)
+        self.sizes: tuple[int, ...] = ()
 
     def run(self, speeds: np.ndarray, row: np.ndarray, gain: np.ndarray, progress: bool) -> Dominant:
         """Compute all points, slab by slab of speeds, on every core."""
@@ -69,14 +71,15 @@ class _Refinement:
         if not len(row):
             return Dominant(multiplier, frequency, error, nodes, 0)
         order = np.argsort(row, kind="stable")
-        edges = np.searchsorted(row[order], np.arange(0, len(speeds) + _SPEEDS, _SPEEDS))
-        start = self._start(speeds, len(row))
+        first = _shares(len(speeds))
+        edges = np.searchsorted(row[order], first)
+        self.sizes, start = self._plan(speeds, len(row))
         dense_points = 0
 
         def work(number: int) -> tuple[np.ndarray, _Slab]:
             mine = order[edges[number] : edges[number + 1]]
-            base = number * _SPEEDS
-            slab = _Slab(self, speeds[base : base + _SPEEDS], row[mine] - base, gain[mine])
+            here = slice(first[number], first[number + 1])
+            slab = _Slab(self, speeds[here], row[mine] - here.start, gain[mine])
             with on_device(number):
                 slab.run(start[row[mine]])
             return mine, slab
@@ -114,18 +117,36 @@ class _Refinement:
 
         return [partial(call, method) for method in methods for call in (evaluate, prepare)]
 
-    def _start(self, speeds: np.ndarray, points: int) -> np.ndarray:
-        """Index of the size to begin with, per speed: from how far the first mode turns within a piece."""
-        if len(self.sizes) == 1:
-            return np.zeros(len(speeds), dtype=int)
-        system = self.process.system(speeds[0], 0.0)
-        blocks = np.asarray(system.blocks)
-        turning = np.nan_to_num(np.min(np.linalg.norm(blocks, axis=(1, 2))) / np.sqrt(blocks.shape[1]))
-        widest = max(float(piece.length) for piece in system.feedback.pieces() if piece.idle is not True)
-        turns = turning * np.nan_to_num(system.delay) * widest * speeds[0] / speeds
+    def _plan(self, speeds: np.ndarray, points: int) -> tuple[tuple[int, ...], np.ndarray]:
+        """The sizes in turn, and the index of the one to begin with per speed: from how far the first mode turns."""
+        if self.method.nodes is not None:
+            return (self.method.nodes,), np.zeros(len(speeds), dtype=int)
+        ends = speeds[[0, -1]]
+        # Turning is a power of the speed, or nearly, unless what is called speed is something else.
+        half = np.exp(np.interp(np.log(speeds), np.log(ends), np.log([self._turn(speed) for speed in ends])))
+
+        def first(sizes: tuple[int, ...], turn: np.ndarray) -> np.ndarray:
+            tails = np.asarray(tail_bound(turn[:, None] + _BY_COEFFICIENTS, np.array(sizes[:-1])))
+            return np.sum(tails > np.sqrt(self.method.tolerance), axis=1)
+
+        if points >= _MANY:
+            return _SIZES, first(_SIZES, half)
         # Of few points it is quicker to compute some too finely than to compile one more size.
-        turns = turns if points >= _MANY else np.full(len(speeds), np.max(turns))
-        return np.searchsorted(self.sizes[:-1], _LEAST + _PER_RADIAN * turns)
+        begin = _FIRST[first(_FIRST, np.max(half, keepdims=True))[0]]
+        return (begin, *(size for size in _SIZES if size > begin)), np.zeros(len(speeds), dtype=int)
+
+    def _turn(self, speed: float) -> float:
+        """Radians that the first mode turns through in half of the widest piece in contact."""
+        system = self.process.system(speed, 0.0)
+        slowest = np.min(quickness(jnp.asarray(system.blocks)))
+        widest = max(float(piece.length) for piece in system.feedback.pieces() if piece.idle is not True)
+        return max(np.nan_to_num(slowest * float(system.delay) * widest / 2), np.finfo(float).tiny)
+
+
+def _shares(speeds: int) -> np.ndarray:
+    """Where slabs of up to _SPEEDS speeds begin, and the end: an even number of equal ones, whatever the cores."""
+    slabs = -(-speeds // _SPEEDS)
+    return np.linspace(0, speeds, min(slabs + slabs % 2, speeds) + 1).astype(int)
 
 
 class _Slab:
@@ -183,7 +204,7 @@ class _Slab:
 @jax.jit
 def _prepared(process: Process, method: Duhamel, speeds: Array, gain: Array) -> Any:
     """The structure's part of the operators at each speed."""
-    return jax.vmap(lambda speed: method.prepare(process.system(speed, gain)))(speeds)
+    return jax.vmap(lambda speed: method.prepare(process.system(speed, gain), process.gain.delayed_only))(speeds)
 
 
 @partial(jax.jit, static_argnames="densely")

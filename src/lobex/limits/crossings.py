@@ -148,7 +148,7 @@ def operator_family(
 ) -> tuple[Any, Family]:
     """What a method prepares at a speed, once for all gains, and the operator's matrix as a function of the gain."""
     if isinstance(method, Duhamel):
-        prepared = method.prepare(process.system(speed, gain))
+        prepared = method.prepare(process.system(speed, gain), process.gain.delayed_only)
         solve = jnp.linalg.inv if densely else inverse
         return prepared, lambda gain: method.assemble(prepared, process.system(speed, gain).feedback, solve)
     return None, lambda gain: method.operator(process.system(speed, gain)).matrix

@@ -12,8 +12,8 @@ from lobex._pytree import pytree
 from lobex.floquet.power import rotation
 from lobex.operators.moments import legendre_values
 from lobex.operators.operator import MonodromyOperator
-from lobex.operators.response import Response, forced_response, free_response, gauss_nodes
-from lobex.processes.feedback import Feedback
+from lobex.operators.response import Response, forced_response, free_response, gauss_nodes, quickness
+from lobex.processes.feedback import Feedback, Piece
 from lobex.processes.system import DelaySystem
 
 Array = Any
@@ -124,17 +124,25 @@ class Duhamel:
         lengths = [piece.length for piece in system.feedback.pieces() if piece.idle is not True]
         return max(2.0 * (self.count - 4), 0.0) / max(float(length) for length in lengths)
 
-    def prepare(self, system: DelaySystem) -> tuple[Response | Flight, ...]:
-        """The structure's response over every piece, for y/|C|: it depends on the speed, not on the gain."""
+    def prepare(self, system: DelaySystem, resolved: bool = False) -> tuple[Response | Flight, ...]:
+        """The structure's response over every piece, for y/|C|: it depends on the speed, not on the gain.
+
+        With ``resolved``, for a gain that acts on the delayed force only, the present force is included.
+        """
         # Outputs of the size of the state, whatever the mode shapes' units: residuals then mean the same everywhere.
         size = _output_scale(system)
         system = replace(system, inputs=system.inputs * size, outputs=system.outputs / size)
-        return tuple(
-            Flight(*free_response(system, piece, gauss_nodes(_IN_FLIGHT)[0]))
-            if piece.idle is True
-            else forced_response(system, piece, self.count)
-            for piece in system.feedback.pieces()
-        )
+
+        def over(index: int, piece: Piece) -> Response | Flight:
+            if piece.idle is True:
+                return Flight(*free_response(system, piece, gauss_nodes(_IN_FLIGHT)[0]))
+            part = forced_response(system, piece, self.count)
+            if not resolved:
+                return part
+            present = system.feedback.within(index, piece.start + piece.length * gauss_nodes(self.count)[0])[0]
+            return part._replace(resolvent=_resolvent(part, present, jnp.linalg.inv))
+
+        return tuple(over(index, piece) for index, piece in enumerate(system.feedback.pieces()))
 
     def assemble(self, prepared: tuple[Response | Flight, ...], feedback: Feedback, inverse: Inverse) -> Array:
         """The operator's matrix, (N, N), with ``inverse`` for the matrices (r·nodes, r·nodes) of the contact."""
@@ -202,9 +210,8 @@ class Duhamel:
                 continue
             now, before = feedback.within(index, piece.start + piece.length * points)
             r = jnp.shape(now)[-1]
-            looped = _columns(part.forced, now, r)
             remembered = jnp.pad(_columns(part.forced, before, r), ((0, 0), (column, size - column - block)))
-            resolvent = inverse(jnp.eye(block, dtype=looped.dtype) - looped)
+            resolvent = _resolvent(part, now, inverse) if part.resolvent is None else part.resolvent
             # At the first piece the state is what it starts from, and a product with the identity is spared.
             free = jnp.pad(part.free, ((0, 0), (0, size - state))) if index == 0 else part.free @ current
             values = resolvent @ (free + remembered)
@@ -219,6 +226,12 @@ class Duhamel:
 
 def _output_scale(system: DelaySystem) -> Array:
     return jnp.sqrt(jnp.sum(jnp.asarray(system.outputs) ** 2))
+
+
+def _resolvent(part: Response, present: Array, inverse: Inverse) -> Array:
+    """From the outputs at the nodes that the present force is left out of to those that it makes."""
+    looped = _columns(part.forced, present, jnp.shape(present)[-1])
+    return inverse(jnp.eye(jnp.shape(looped)[0], dtype=looped.dtype) - looped)
 
 
 def _columns(matrix: Array, coefficient: Array, r: int) -> Array:
@@ -237,10 +250,9 @@ def _error(system: DelaySystem, tail: Array, missed: Array, value: Array, push: 
     does none.
     """
     blocks, inputs, outputs = (jnp.asarray(part) for part in (system.blocks, system.inputs, system.outputs))
-    quickness = jnp.sqrt(jnp.sum(blocks**2, axis=(1, 2)))
     mobility = jnp.sqrt(jnp.sum(inputs**2, axis=(1, 2)) * jnp.sum(outputs**2, axis=(1, 2)))
     tiny = jnp.finfo(tail.dtype).tiny
-    compliance = mobility / (quickness + tiny)
+    compliance = mobility / (quickness(blocks) + tiny)
     rough = jnp.sum(missed * compliance) / (jnp.sum(compliance) + tiny)
     error = tail * (_SMOOTH * tail + _ROUGH * rough)
     size = jnp.sqrt(jnp.sum(value**2))

@@ -28,6 +28,7 @@ class Response(NamedTuple):
         through: end state from the start state, (d, d).
         push: end state from the forces, (d, q·r).
         missed: how much of each mode's vibration the nodes cannot follow, (n,), from 0 to 1.
+        resolvent: (I − forced · P)⁻¹, (q·r, q·r), where the present force P depends on the speed alone as well.
     """
 
     free: Array
@@ -35,6 +36,7 @@ class Response(NamedTuple):
     through: Array
     push: Array
     missed: Array
+    resolvent: Array | None = None
 
 
 def gauss_nodes(nodes: int) -> tuple[np.ndarray, np.ndarray]:
@@ -99,10 +101,26 @@ def forced_response(system: DelaySystem, piece: Piece, nodes: int) -> Response:
 
 
 def _missed(system: DelaySystem, piece: Piece, nodes: int) -> Array:
+    """How much of each mode's vibration over a piece lies beyond the nodes, (n,)."""
+    return tail_bound(quickness(jnp.asarray(system.blocks)) * system.delay * piece.length / 2, nodes)
+
+
+def tail_bound(turn: Array, nodes: Any) -> Array:
     """The Legendre terms from degree q on of a wave that turns through ±x are below (e x/2q)^q (DLMF 10.14.4)."""
-    quickness = jnp.sqrt(jnp.sum(jnp.asarray(system.blocks) ** 2, axis=(1, 2)) / np.shape(system.blocks)[1])
-    turn = quickness * system.delay * piece.length / 2
     return jnp.minimum(np.e / 2 * turn / nodes, 1.0) ** nodes
+
+
+def quickness(blocks: Array) -> Array:
+    """Root mean square of |λ| over the eigenvalues of each block (n, s, s), shape (n,): ω_n while it vibrates.
+
+    Above 2×2 it is that of the singular values, which bounds it (Schur's inequality).
+    """
+    size = jnp.shape(blocks)[-1]
+    if size != 2:
+        return jnp.sqrt(jnp.sum(blocks**2, axis=(1, 2)) / size)
+    trace = blocks[:, 0, 0] + blocks[:, 1, 1]
+    determinant = blocks[:, 0, 0] * blocks[:, 1, 1] - blocks[:, 0, 1] * blocks[:, 1, 0]
+    return jnp.sqrt(jnp.maximum(determinant, trace**2 / 2 - determinant))
 
 
 def free_response(system: DelaySystem, piece: Piece, points: np.ndarray) -> tuple[Array, Array]:
