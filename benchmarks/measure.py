@@ -4,6 +4,8 @@ make bench
 """
 
 import resource
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -41,6 +43,7 @@ class Row(NamedTuple):
     error: float | None
     whole: float | None = None
     compiling: float | None = None
+    memory: float | None = None
 
 
 def seconds(function: Callable[[], object]) -> float:
@@ -48,6 +51,17 @@ def seconds(function: Callable[[], object]) -> float:
     begun = time.perf_counter()
     function()
     return time.perf_counter() - begun
+
+
+def peak() -> float:
+    """Peak memory of this process so far, GB."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+
+
+def memory(work: str, number: int = 0) -> float:
+    """Peak memory of a process that does one work and nothing else, GB."""
+    command = [sys.executable, __file__, work, str(number)]
+    return float(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
 
 
 def measure(name: str, problem: Problem) -> list[Row]:
@@ -62,7 +76,7 @@ def measure(name: str, problem: Problem) -> list[Row]:
         return float(np.max(np.abs(radius / converged[: len(radius)] - 1)))
 
     rows = []
-    for method in problem.own:
+    for number, method in enumerate(problem.own):
         charts: list[lobex.Chart] = []
 
         def draw(method: object = method, charts: list[lobex.Chart] = charts) -> None:
@@ -74,7 +88,7 @@ def measure(name: str, problem: Problem) -> list[Row]:
         label = f"lobex.sweep, {type(method).__name__}"
         if isinstance(method, lobex.Duhamel):
             label += f", tolerance {method.tolerance:.0e}"
-        rows.append(Row(name, label, warm / points, error, warm, cold - warm))
+        rows.append(Row(name, label, warm / points, error, warm, cold - warm, memory(name, number)))
 
     lobex.monodromy(process, speeds[i], gains[j], problem.rival)
     found: list[np.ndarray] = []
@@ -120,37 +134,49 @@ def _numba(name: str, problem: Problem, i: np.ndarray, j: np.ndarray, off: Calla
     return rows
 
 
+def limits() -> dict[str, Callable[[], lobex.Limit]]:
+    """The limits over the speed that are measured."""
+    speeds, rpm = np.linspace(50, 400, 1000), np.linspace(2000, 25000, 300)
+    return {
+        "lobex.exact_limit, closed form": lambda: lobex.exact_limit(ROD, speeds),
+        "lobex.critical_gain": lambda: lobex.critical_gain(ROD, speeds, (4.5e4, 4.5e6)),
+        "lobex.critical_gain, milling": lambda: lobex.critical_gain(MILL, rpm / 60, (0, 5e-3)),
+    }
+
+
 def measure_limits() -> list[Row]:
     """Limits over the speed; a point is a speed."""
-    speeds, results = np.linspace(50, 400, 1000), {}
-    rpm = np.linspace(2000, 25000, 300)
-
-    def timed(name: str, function: Callable[[], lobex.Limit]) -> tuple[float, float]:
+    results, times = {}, {}
+    for name, function in limits().items():
         cold = seconds(function)
-        warm = min(seconds(lambda: results.update({name: function()})) for _ in range(ROUNDS))
-        return warm, cold - warm
-
-    name = "limit of the rod, 1,000 speeds"
-    exact = timed("exact", lambda: lobex.exact_limit(ROD, speeds))
-    search = timed("search", lambda: lobex.critical_gain(ROD, speeds, (4.5e4, 4.5e6)))
-    error = np.nanmax(np.abs(results["search"].gain / results["exact"].gain - 1))
-    rows = [
-        Row(name, "lobex.exact_limit, closed form", exact[0] / 1000, None, *exact),
-        Row(name, "lobex.critical_gain", search[0] / 1000, float(error), *search),
+        warm = min(seconds(lambda: results.update({name: function()})) for _ in range(ROUNDS))  # noqa: B023
+        times[name] = warm, cold - warm, memory(name)
+    exact, search, mill = results.values()
+    finer = lobex.critical_gain(MILL, mill.speed, (0, 5e-3), lobex.Chebyshev(48))
+    errors = (
+        None,
+        float(np.nanmax(np.abs(search.gain / exact.gain - 1))),
+        float(
+            np.max(np.abs(mill.intervals - finer.intervals)[mill.intervals > 0] / mill.intervals[mill.intervals > 0])
+        ),
+    )
+    rod, milling = "limit of the rod, 1,000 speeds", "limit of §3.4's milling, 300 speeds, every interval"
+    return [
+        Row(work, name.removesuffix(", milling"), times[name][0] / len(results[name].speed), error, *times[name])
+        for work, name, error in zip((rod, rod, milling), results, errors, strict=True)
     ]
-    name = "limit of §3.4's milling, 300 speeds, every interval"
-    found = timed("mill", lambda: lobex.critical_gain(MILL, rpm / 60, (0, 5e-3)))
-    finer = lobex.critical_gain(MILL, rpm / 60, (0, 5e-3), lobex.Chebyshev(48))
-    error = np.nanmax(np.abs(results["mill"].intervals / finer.intervals - 1)[results["mill"].intervals > 0])
-    rows.append(Row(name, "lobex.critical_gain", found[0] / 300, float(error), *found))
-    return rows
+
+
+def short(number: float) -> str:
+    """Three digits, and none after the point where there are as many before it."""
+    return f"{number:.3g}" if number < 100 else f"{float(f'{number:.3g}'):,.0f}"
 
 
 def table(rows: list[Row]) -> list[str]:
     """The rows in Markdown."""
     lines = [
-        "| work | method | time per point | error | ratio | whole | compiling |",
-        "|---|---|---|---|---|---|---|",
+        "| work | method | time per point | error | ratio | whole | compiling | memory |",
+        "|---|---|---|---|---|---|---|---|",
     ]
     first: dict[str, Row] = {}
     for row in rows:
@@ -158,9 +184,10 @@ def table(rows: list[Row]) -> list[str]:
         error = "closed form" if row.error is None else f"{row.error:.0e}"
         whole = "" if row.whole is None else f"{row.whole:.3g} s"
         compiling = "" if row.compiling is None else f"{row.compiling:.1f} s"
+        memory = "" if row.memory is None else f"{row.memory:.2f} GB"
         lines.append(
-            f"| {row.problem if own is row else ''} | {row.method} | {1e6 * row.point:.3g} µs | {error} | "
-            f"{row.point / own.point:.3g} | {whole} | {compiling} |"
+            f"| {row.problem if own is row else ''} | {row.method} | {short(1e6 * row.point)} µs | {error} | "
+            f"{short(row.point / own.point)} | {whole} | {compiling} | {memory} |"
         )
     return lines
 
@@ -201,9 +228,8 @@ def main() -> None:
     """Measure everything and write the table."""
     rows = [row for name, problem in PROBLEMS.items() for row in measure(name, problem)]
     rows += measure_limits()
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     published = [
-        f"| {who} | {chart} | {1e6 * point:.3g} µs | {'not said' if error is None else f'{error:.0e}'} |"
+        f"| {who} | {chart} | {short(1e6 * point)} µs | {'not said' if error is None else f'{error:.0e}'} |"
         for who, chart, point, error in PUBLISHED
     ]
     text = "\n".join(
@@ -212,8 +238,9 @@ def main() -> None:
             "",
             "Made by `make bench`. Time per point, the largest relative error of max|μ| over a random sample of "
             f"{SAMPLE} points against converged Chebyshev collocation and the dense solver, how many times longer it "
-            f"took than the first row of its block, the whole work (the best of {ROUNDS}), and what compiling added "
-            "to the first call, all in one run. A point of a limit is a speed; the error of a limit is that of the "
+            f"took than the first row of its block, the whole work (the best of {ROUNDS}), what compiling added "
+            "to the first call, all in one run, and the peak memory of a process that does it alone, Python and JAX "
+            "included. A point of a limit is a speed; the error of a limit is that of the "
             "gain, against the closed form and against 48 Chebyshev nodes.",
             "",
             *table(rows),
@@ -226,7 +253,7 @@ def main() -> None:
             "|---|---|---|---|",
             *published,
             "",
-            f"Peak memory of the run: {peak:.2f} GB. Machine: {machine()}.",
+            f"Machine: {machine()}.",
             "",
             "How cost grows: [GROWTH.md](GROWTH.md). The wear march: [WEAR.md](WEAR.md). Large studies: "
             "[STUDIES.md](STUDIES.md).",
@@ -238,5 +265,16 @@ def main() -> None:
     draw(rows)
 
 
+def alone(work: str, number: int) -> None:
+    """One work, twice, and the peak memory."""
+    for _ in range(2):
+        if work in PROBLEMS:
+            problem = PROBLEMS[work]
+            lobex.sweep(problem.process, problem.speeds, problem.gains, problem.own[number])
+        else:
+            limits()[work]()
+    print(peak())
+
+
 if __name__ == "__main__":
-    main()
+    alone(sys.argv[1], int(sys.argv[2])) if len(sys.argv) > 1 else main()

@@ -72,7 +72,7 @@ PROBLEMS = {
         np.linspace(5000, 25000, 256) / 60,
         np.linspace(0, 5e-3, 128),
         (lobex.Duhamel(),),
-        lobex.Duhamel(nodes=6),
+        lobex.Duhamel(nodes=10),
         lobex.Chebyshev(40),
     ),
     "Mathieu, δ × b, 100×100": Problem(
@@ -80,7 +80,7 @@ PROBLEMS = {
         np.linspace(-1, 5, 100) + 2,
         np.linspace(-2, 1.5, 100),
         (lobex.Duhamel(tolerance=1e-10), lobex.Duhamel()),
-        lobex.Duhamel(nodes=18),
+        lobex.Duhamel(nodes=20),
         lobex.Chebyshev(60),
     ),
 }

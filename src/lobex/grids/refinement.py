@@ -19,7 +19,7 @@ from lobex.floquet.power import as_complex, as_pair
 from lobex.grids.dominant import Dominant
 from lobex.operators.duhamel import Duhamel
 from lobex.operators.elimination import inverse
-from lobex.operators.response import quickness, tail_bound
+from lobex.operators.response import quickness, samples_in_flight, tail_bound
 from lobex.processes.process import Process
 
 Array = Any
@@ -62,6 +62,7 @@ class _Refinement:
     def __init__(self, process: Process, method: Duhamel) -> None:
         self.process, self.method = process, method
         self.sizes: tuple[int, ...] = ()
+        self.in_flight = 0
 
     def run(self, speeds: np.ndarray, row: np.ndarray, gain: np.ndarray, progress: bool) -> Dominant:
         """Compute all points, slab by slab of speeds, on every core."""
@@ -74,6 +75,7 @@ class _Refinement:
         first = _shares(len(speeds))
         edges = np.searchsorted(row[order], first)
         self.sizes, start = self._plan(speeds, len(row))
+        self.in_flight = samples_in_flight(self.process.system(np.min(speeds), 0.0))
         dense_points = 0
 
         def work(number: int) -> tuple[np.ndarray, _Slab]:
@@ -106,11 +108,13 @@ class _Refinement:
 
         def prepare(method: Duhamel) -> object:
             with jax.enable_x64(True):
-                return _prepared(self.process, method, np.full(_SPEEDS, speed), gain)
+                return _prepared(self.process, method, np.full(_SPEEDS, speed), gain, self.in_flight)
 
         def evaluate(method: Duhamel) -> object:
             with jax.enable_x64(True):
-                shapes = jax.eval_shape(_prepared, self.process, method, np.full(_SPEEDS, speed), gain)
+                shapes = jax.eval_shape(
+                    partial(_prepared, in_flight=self.in_flight), self.process, method, np.full(_SPEEDS, speed), gain
+                )
                 prepared = jax.tree.map(lambda part: np.zeros(part.shape, part.dtype), shapes)
                 slab = _Slab(self, np.full(_SPEEDS, speed), np.zeros(1, dtype=int), np.full(1, gain))
                 return slab.evaluate(prepared, np.zeros(1, dtype=int), method, _EFFORTS[0])
@@ -173,7 +177,8 @@ class _Slab:
 
     def _settle(self, points: np.ndarray, method: Duhamel) -> None:
         """Compute points with the nodes of ``method``, with more effort where the pair does not settle."""
-        prepared = _prepared(self.whole.process, method, np.resize(self.speeds, _SPEEDS), self.gain[0])
+        speeds = np.resize(self.speeds, _SPEEDS)
+        prepared = _prepared(self.whole.process, method, speeds, self.gain[0], self.whole.in_flight)
         for effort in _EFFORTS:
             self.dense_points += (effort == 0) * len(points)
             self.evaluate(prepared, points, method, effort)
@@ -201,10 +206,14 @@ class _Slab:
         return int(max(_CHUNK_BYTES / (8 * size**2), _FEW))
 
 
-@jax.jit
-def _prepared(process: Process, method: Duhamel, speeds: Array, gain: Array) -> Any:
+@partial(jax.jit, static_argnames="in_flight")
+def _prepared(process: Process, method: Duhamel, speeds: Array, gain: Array, in_flight: int) -> Any:
     """The structure's part of the operators at each speed."""
-    return jax.vmap(lambda speed: method.prepare(process.system(speed, gain), process.gain.delayed_only))(speeds)
+
+    def at(speed: Array) -> Any:
+        return method.prepare(process.system(speed, gain), process.gain.delayed_only, in_flight)
+
+    return jax.vmap(at)(speeds)
 
 
 @partial(jax.jit, static_argnames="densely")

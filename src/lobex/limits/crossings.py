@@ -17,9 +17,10 @@ from lobex.floquet.dense import Triple
 from lobex.floquet.power import as_pair
 from lobex.grids.evaluation import dominant_at_points
 from lobex.limits.growth import CONVERGED, SQUARINGS, Crossing, Family, find_crossing
-from lobex.operators.duhamel import Duhamel
+from lobex.operators.duhamel import IN_FLIGHT, Duhamel
 from lobex.operators.elimination import inverse
 from lobex.operators.operator import Method
+from lobex.operators.response import samples_in_flight
 from lobex.processes.process import Process
 from lobex.results.limit import Kind
 
@@ -79,6 +80,7 @@ class Brackets(NamedTuple):
 def polished(process: Process, method: Method, speeds: np.ndarray, brackets: Brackets) -> Crossings:
     """The crossings in brackets at speeds (n,), Hz, of all lanes side by side; call in the scope of float64."""
     count = len(brackets.lane)
+    in_flight = samples_in_flight(process.system(np.min(speeds), 0.0))
     parts = [np.full(count, np.nan) for _ in range(len(Crossing._fields) + len(Label._fields))]
     gain, growth, slope, frequency, kind, rival, error, residual = parts
     for nodes in np.unique(brackets.nodes):
@@ -86,7 +88,8 @@ def polished(process: Process, method: Method, speeds: np.ndarray, brackets: Bra
         left = np.flatnonzero(brackets.nodes == nodes)
         for effort in _EFFORTS:
             arrays = speeds[brackets.lane[left]], *(a[left] for a in brackets[1:5])
-            results = _on_all_cores(partial(_polished, process, sized, effort, densely=effort == 0), arrays)
+            work = partial(_polished, process, sized, effort, in_flight=in_flight, densely=effort == 0)
+            results = _on_all_cores(work, arrays)
             for target, result in zip(parts, results, strict=True):
                 target[left] = result
             left = left[~((np.abs(growth[left]) < CONVERGED) & (residual[left] < _RESIDUAL))]
@@ -122,7 +125,7 @@ def _on_all_cores(function: Any, arrays: tuple[np.ndarray, ...]) -> list[np.ndar
     return [np.concatenate(part)[:total] for part in zip(first, *rest, strict=True)]
 
 
-@partial(jax.jit, static_argnames="densely")
+@partial(jax.jit, static_argnames=("in_flight", "densely"))
 def _polished(
     process: Process,
     method: Method,
@@ -132,10 +135,11 @@ def _polished(
     high: Array,
     start: Array,
     end: Array,
+    in_flight: int,
     densely: bool,
 ) -> tuple[Array, ...]:
     def one(speed: Array, low: Array, high: Array, start: Array, end: Array) -> tuple[Array, ...]:
-        prepared, family = operator_family(process, method, speed, low, densely)
+        prepared, family = operator_family(process, method, speed, low, densely, in_flight)
         crossing = find_crossing(family, low, high, (start, end), squarings, densely)
         gain = jnp.where(jnp.isnan(crossing.gain), low, crossing.gain)
         return *crossing, *_label(process, method, prepared, family, speed, gain, squarings, densely)
@@ -144,11 +148,11 @@ def _polished(
 
 
 def operator_family(
-    process: Process, method: Method, speed: Array, gain: Array, densely: bool = False
+    process: Process, method: Method, speed: Array, gain: Array, densely: bool = False, in_flight: int = IN_FLIGHT
 ) -> tuple[Any, Family]:
     """What a method prepares at a speed, once for all gains, and the operator's matrix as a function of the gain."""
     if isinstance(method, Duhamel):
-        prepared = method.prepare(process.system(speed, gain), process.gain.delayed_only)
+        prepared = method.prepare(process.system(speed, gain), process.gain.delayed_only, in_flight)
         solve = jnp.linalg.inv if densely else inverse
         return prepared, lambda gain: method.assemble(prepared, process.system(speed, gain).feedback, solve)
     return None, lambda gain: method.operator(process.system(speed, gain)).matrix

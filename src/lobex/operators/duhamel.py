@@ -20,8 +20,8 @@ Array = Any
 Inverse = Callable[[Array], Array]
 
 _NODES = 40
-# Samples of the free vibration over a piece without force: they resolve 20 waves, whatever the nodes of the force.
-_IN_FLIGHT = 64
+# Samples of the free vibration over a piece without force, where nobody says how many waves there are: 80 of them.
+IN_FLIGHT = 256
 # The error in terms of the last Legendre terms of y: their square (superconvergence), but only in proportion to
 # them through modes that turn too quickly for the nodes. Bounds fitted to blade rub, milling and Mathieu's equation.
 _SMOOTH, _ROUGH = 3.0, 0.05
@@ -124,10 +124,13 @@ class Duhamel:
         lengths = [piece.length for piece in system.feedback.pieces() if piece.idle is not True]
         return max(2.0 * (self.count - 4), 0.0) / max(float(length) for length in lengths)
 
-    def prepare(self, system: DelaySystem, resolved: bool = False) -> tuple[Response | Flight, ...]:
+    def prepare(
+        self, system: DelaySystem, resolved: bool = False, in_flight: int = IN_FLIGHT
+    ) -> tuple[Response | Flight, ...]:
         """The structure's response over every piece, for y/|C|: it depends on the speed, not on the gain.
 
-        With ``resolved``, for a gain that acts on the delayed force only, the present force is included.
+        With ``resolved``, for a gain that acts on the delayed force only, the present force is included. A free
+        vibration is sampled ``in_flight`` times.
         """
         # Outputs of the size of the state, whatever the mode shapes' units: residuals then mean the same everywhere.
         size = _output_scale(system)
@@ -135,7 +138,7 @@ class Duhamel:
 
         def over(index: int, piece: Piece) -> Response | Flight:
             if piece.idle is True:
-                return Flight(*free_response(system, piece, gauss_nodes(_IN_FLIGHT)[0]))
+                return Flight(*free_response(system, piece, gauss_nodes(in_flight)[0]))
             part = forced_response(system, piece, self.count)
             if not resolved:
                 return part
@@ -189,7 +192,7 @@ class Duhamel:
 
     def _samples(self, part: Response | Flight) -> tuple[np.ndarray, np.ndarray]:
         """Points and weights, on [0, 1], at which the motion over a piece is known."""
-        return gauss_nodes(_IN_FLIGHT if isinstance(part, Flight) else self.count)
+        return gauss_nodes(len(part.outputs) if isinstance(part, Flight) else self.count)
 
     def _matrix(
         self, prepared: tuple[Response | Flight, ...], feedback: Feedback, inverse: Inverse

@@ -14,6 +14,9 @@ from lobex.processes.system import DelaySystem
 
 Array = Any
 
+# Samples of a piece without force.
+_FEWEST, _MOST = 16, 2048
+
 # Legendre terms of a Lagrange polynomial over one cell between nodes, which holds half a wave of it: the next
 # term is below 1e-15.
 _TERMS = 14
@@ -121,6 +124,18 @@ def quickness(blocks: Array) -> Array:
     trace = blocks[:, 0, 0] + blocks[:, 1, 1]
     determinant = blocks[:, 0, 0] * blocks[:, 1, 1] - blocks[:, 0, 1] * blocks[:, 1, 0]
     return jnp.sqrt(jnp.maximum(determinant, trace**2 / 2 - determinant))
+
+
+def samples_in_flight(system: DelaySystem) -> int:
+    """How many Gauss points in a piece without force tell the frequencies of all modes apart, a power of 2.
+
+    Gauss points are π/2 times as far apart in the middle as on average; two a wave are enough, and a tenth more and
+    two waves are for the frequencies that stand beside a mode's own.
+    """
+    widest = max((float(piece.length) for piece in system.feedback.pieces() if piece.idle is True), default=0.0)
+    waves = np.nan_to_num(np.max(np.asarray(quickness(system.blocks))) * float(system.delay) / (2 * np.pi))
+    needed = np.pi * widest * (1.1 * waves + 2)
+    return int(2 ** np.ceil(np.log2(np.clip(needed, _FEWEST, _MOST))))
 
 
 def free_response(system: DelaySystem, piece: Piece, points: np.ndarray) -> tuple[Array, Array]:
