@@ -15,6 +15,7 @@ from typing import Any
 import matplotlib
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.ticker import NullFormatter
 
 import lobex
 from machine import machine
@@ -167,6 +168,10 @@ def draw(found: dict[str, tuple[str, np.ndarray, np.ndarray]]) -> None:
         ax.grid(alpha=0.3, which="both")
         ax.legend(fontsize=7, loc="upper left")
         ax.margins(y=0.35)
+        if x[-1] < 1000:
+            ax.set_xticks(x, [f"{value:g}" for value in x])
+            ax.set_xticks([], minor=True)
+        ax.yaxis.set_minor_formatter(NullFormatter())
     axes[0].set_ylabel("time (s)")
     figure.savefig(HERE / "growth.png", dpi=130)
 
@@ -180,7 +185,7 @@ def main() -> None:
     found = curves()
     draw(found)
     rows = [
-        f"| {name} | {axis} | {', '.join(f'{v:g}' for v in x)} | {', '.join(f'{s:.3g}' for s in y)} "
+        f"| {name} | {axis} | {', '.join(f'{v:,.0f}' for v in x)} | {', '.join(f'{s:.3g}' for s in y)} "
         f"| {exponent(x, y):.2f} |"
         for name, (axis, x, y) in found.items()
     ]

@@ -3,7 +3,6 @@
 make bench
 """
 
-import resource
 import subprocess
 import sys
 import time
@@ -54,8 +53,9 @@ def seconds(function: Callable[[], object]) -> float:
 
 
 def peak() -> float:
-    """Peak memory of this process so far, GB."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+    """Peak memory of this process so far, GB; on Linux, where resource's figure would be the parent's at the start."""
+    status = Path("/proc/self/status").read_text()
+    return next(float(line.split()[1]) for line in status.splitlines() if line.startswith("VmHWM")) / 1e6
 
 
 def memory(work: str, number: int = 0) -> float:
@@ -196,7 +196,9 @@ def draw(rows: list[Row]) -> None:
     """Error over time per point: lower left is better."""
     matplotlib.use("Agg")
     problems = list(dict.fromkeys(row.problem for row in rows if row.problem in PROBLEMS))
-    figure, axes = plt.subplots(1, len(problems), figsize=(3.1 * len(problems), 3.6), sharey=True, layout="constrained")
+    figure, axes = plt.subplots(
+        1, len(problems), figsize=(3.1 * len(problems), 3.6), sharex=True, sharey=True, layout="constrained"
+    )
     styles = {
         "lobex": ("lobex", "o", "#0b4f6c"),
         "NumPy": ("NumPy eigvals of lobex' operators", "s", "#8f8f8f"),
