@@ -1,5 +1,6 @@
 """The dominant multiplier at many points by any method: in chunks by matrix products, the rest by the dense solver."""
 
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 from tqdm import tqdm
 
 from lobex._broadcast import over_points
+from lobex._devices import on_device
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.floquet import dense, power
 from lobex.floquet.chatter import chatter_frequency
@@ -37,19 +39,28 @@ def dominant_over_grid(
         return _by_roots(process, speeds, gains, method)
     if isinstance(method, Duhamel):
         return refined_over_grid(process, speeds, gains, method, progress)
-    rows, columns = _chunk_shape(process, method, speeds, gains)
+    chunk = _chunk_shape(process, method, speeds, gains)
     shape = (len(speeds), len(gains))
     multiplier = np.full(shape, np.nan, dtype=np.complex128)
     frequency, residual = np.full(shape, np.nan), np.full(shape, np.inf)
-    starts = [(i, j) for i in range(0, shape[0], rows) for j in range(0, shape[1], columns)]
-    with tqdm(total=multiplier.size, unit="pt", unit_scale=True, disable=not progress, leave=False) as bar:
-        for i, j in starts:
-            # The last chunks reach back over points already done, so that one shape serves all.
-            i0, j0 = min(i, max(shape[0] - rows, 0)), min(j, max(shape[1] - columns, 0))
-            part = np.s_[i0 : i0 + rows, j0 : j0 + columns]
+    starts = [(i, j) for i in range(0, shape[0], chunk[0]) for j in range(0, shape[1], chunk[1])]
+
+    def work(number: int) -> tuple[Any, list[np.ndarray]]:
+        # The last chunks reach back over points already done, so that one shape serves all.
+        i, j = (min(start, max(all_ - size, 0)) for start, all_, size in zip(starts[number], shape, chunk, strict=True))
+        part = np.s_[i : i + chunk[0], j : j + chunk[1]]
+        with on_device(number):
             result = _dominant(process, speeds[part[0], None], gains[part[1]], method, _EFFORTS[0], False)
-            multiplier[part], frequency[part], residual[part] = (np.asarray(r) for r in result)
-            bar.update((min(i + rows, shape[0]) - i) * (min(j + columns, shape[1]) - j))
+            return part, [np.asarray(values) for values in result]
+
+    with (
+        tqdm(total=multiplier.size, unit="pt", unit_scale=True, disable=not progress, leave=False) as bar,
+        ThreadPoolExecutor(len(jax.local_devices())) as pool,
+    ):
+        for (i, j), (part, results) in zip(starts, pool.map(work, range(len(starts))), strict=True):
+            for target, values in zip((multiplier, frequency, residual), results, strict=True):
+                target[part] = values
+            bar.update((min(i + chunk[0], shape[0]) - i) * (min(j + chunk[1], shape[1]) - j))
     doubtful = np.nonzero(_untrusted(multiplier, residual))
     again = _at_points(process, speeds[doubtful[0]], gains[doubtful[1]], method, _EFFORTS[1:])
     multiplier[doubtful], frequency[doubtful] = again.multiplier, again.frequency

@@ -15,6 +15,7 @@ import numpy as np
 from tqdm import tqdm
 
 from lobex import _checks
+from lobex._devices import on_device
 from lobex.contact.casing import Casing, check_casing
 from lobex.contact.laws import ContactLaw, check_law
 from lobex.grids.sweep import SweepWarning
@@ -132,7 +133,7 @@ def _check_steps(modes: Modes, law: ContactLaw, profile: np.ndarray, slowest: fl
 def _march(
     modes: Modes, law: ContactLaw, profile: np.ndarray, history: np.ndarray, factor: int, progress: bool
 ) -> dict[str, np.ndarray]:
-    """March every block of lanes, side by side on a CPU; results with lanes first."""
+    """March every block of lanes, side by side; results with lanes first."""
     (lanes, revolutions), cells = history.shape, len(profile)
     parts = {name: np.empty((lanes, revolutions)) for name in _PER_REVOLUTION}
     parts["depth"] = np.empty((lanes, cells))
@@ -143,7 +144,7 @@ def _march(
     with tqdm(total=total, unit="rev", disable=not progress, leave=False) as bar:
         work = partial(_march_block, modes, law, profile, history, factor, matrix, parts, bar.update)
         with ThreadPoolExecutor(max_workers=_workers()) as pool:
-            list(pool.map(work, blocks))
+            list(pool.map(work, range(len(blocks)), blocks))
     return parts
 
 
@@ -156,11 +157,11 @@ def _march_block(
     matrix: np.ndarray,
     parts: dict[str, np.ndarray],
     done: Any,
+    number: int,
     block: np.ndarray,
 ) -> None:
     samples = len(profile) // factor
-    # The scope of float64 is a thread's own.
-    with jax.enable_x64(True):
+    with on_device(number):
         blade = at_rest(modes, len(profile), len(block), LENGTH * factor if factor > 1 else 0)
         for turn in range(history.shape[1]):
             with _COMPILING if turn == 0 else nullcontext():
@@ -174,17 +175,17 @@ def _march_block(
 
 def _blocks(lanes: int) -> list[np.ndarray]:
     """Lane numbers of equal blocks; the last reaches back over lanes of the one before, so that one shape serves."""
-    if jax.default_backend() != "cpu":
-        return [np.arange(lanes)]
-    count = max(-(-lanes // _LANES), min(_workers(), lanes // _FEWEST_LANES), 1)
+    count = max(min(_workers(), lanes // _FEWEST_LANES), 1)
+    if jax.default_backend() == "cpu":
+        count = max(-(-lanes // _LANES), count)
     size = -(-lanes // count)
     return [np.arange(size) + min(start, lanes - size) for start in range(0, lanes, size)]
 
 
 def _workers() -> int:
-    """Threads that march at once: one per core on a CPU."""
+    """Threads that march at once: one per core on a CPU, else one per device."""
     if jax.default_backend() != "cpu":
-        return 1
+        return len(jax.local_devices())
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
