@@ -3,6 +3,7 @@
 import subprocess
 import sys
 
+import jax
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
@@ -184,3 +185,18 @@ def test_warnings_are_one_line(tmp_path):
     assert done.returncode == 0
     assert done.stderr.count("lobex: warning: at speed = 8 Hz") == 1
     assert "Traceback" not in done.stderr
+
+
+@pytest.mark.skipif(jax.__version_info__ < (0, 11), reason="the shell keeps no programs")
+def test_programs_that_another_process_is_still_writing_are_compiled_in_silence(tmp_path, monkeypatch):
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.delenv("JAX_COMPILATION_CACHE_DIR", raising=False)
+    arguments = ("lobes", "rub", *SMALL["rub"], "--store", "study", "--out", "here")
+    run(*arguments, cwd=tmp_path)
+    kept = [path for path in (tmp_path / "cache").rglob("*") if path.is_file() and path.stat().st_size > 100]
+    assert len(kept) > 20
+    for path in kept:
+        path.write_bytes(path.read_bytes()[:-40])
+    again = run(*arguments[:-4], "--store", "other", "--out", "again", cwd=tmp_path)
+    assert (again.returncode, again.stderr) == (0, "")
+    assert lobex.load(tmp_path / "again.nc").multiplier == pytest.approx(lobex.load(tmp_path / "here.nc").multiplier)

@@ -27,6 +27,7 @@ _CHUNK_BYTES = 4e6
 # Below this residual the iterated |μ| agrees with the dense solver to 1e-9 (tests/test_sweep.py).
 _TRUSTED_RESIDUAL = 1e-11
 _BATCH = 128
+_FEW = 256
 # Work per point, lightest first: squarings of the operator, or 0 for the dense solver.
 _EFFORTS = (8, 16, 24, 0)
 
@@ -72,7 +73,8 @@ def _by_roots(process: Process, speeds: np.ndarray, gains: np.ndarray, method: C
     multiplier, frequency, settled = method.over_grid(process, speeds, gains)
     error, nodes = np.zeros(settled.shape), np.zeros(settled.shape, dtype=int)
     left = np.nonzero(~settled)
-    again = refined_at_points(process, speeds[left[0]], gains[left[1]], Duhamel())
+    # Of a few points it is quicker to compute them too finely than to compile one size after the other.
+    again = refined_at_points(process, speeds[left[0]], gains[left[1]], Duhamel(), every_mode=len(left[0]) < _FEW)
     for target, result in zip((multiplier, frequency, error, nodes), again[:4], strict=True):
         target[left] = result
     return Dominant(multiplier, frequency, error, nodes, len(left[0]))

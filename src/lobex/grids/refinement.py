@@ -50,17 +50,20 @@ def refined_over_grid(
     return Dominant(*(part.reshape(shape) for part in result[:4]), dense_points=result.dense_points)
 
 
-def refined_at_points(process: Process, speeds: np.ndarray, gains: np.ndarray, method: Duhamel) -> Dominant:
-    """At the points (speeds[i], gains[i]), shape (p,)."""
+def refined_at_points(
+    process: Process, speeds: np.ndarray, gains: np.ndarray, method: Duhamel, every_mode: bool = False
+) -> Dominant:
+    """At the points (speeds[i], gains[i]), shape (p,); begun with nodes for the first mode, or for ``every_mode``."""
     unique, row = np.unique(speeds, return_inverse=True)
-    return _Refinement(process, method).run(unique, row, gains, progress=False)
+    return _Refinement(process, method, every_mode).run(unique, row, gains, progress=False)
 
 
 class _Refinement:
     """One process and method at points."""
 
-    def __init__(self, process: Process, method: Duhamel) -> None:
+    def __init__(self, process: Process, method: Duhamel, every_mode: bool = False) -> None:
         self.process, self.method = process, method
+        self.followed = np.max if every_mode else np.min
         self.sizes: tuple[int, ...] = ()
         self.in_flight = 0
 
@@ -122,7 +125,7 @@ class _Refinement:
         return [partial(call, method) for method in methods for call in (evaluate, prepare)]
 
     def _plan(self, speeds: np.ndarray, points: int) -> tuple[tuple[int, ...], np.ndarray]:
-        """The sizes in turn, and the index of the one to begin with per speed: from how far the first mode turns."""
+        """The sizes in turn, and the index of the one to begin with per speed: from how far a mode turns."""
         if self.method.nodes is not None:
             return (self.method.nodes,), np.zeros(len(speeds), dtype=int)
         ends = speeds[[0, -1]]
@@ -140,11 +143,11 @@ class _Refinement:
         return (begin, *(size for size in _SIZES if size > begin)), np.zeros(len(speeds), dtype=int)
 
     def _turn(self, speed: float) -> float:
-        """Radians that the first mode turns through in half of the widest piece in contact."""
+        """Radians that the mode to follow turns through in half of the widest piece in contact."""
         system = self.process.system(speed, 0.0)
-        slowest = np.min(quickness(jnp.asarray(system.blocks)))
+        rate = float(self.followed(np.asarray(quickness(jnp.asarray(system.blocks)))))
         widest = max(float(piece.length) for piece in system.feedback.pieces() if piece.idle is not True)
-        return max(np.nan_to_num(slowest * float(system.delay) * widest / 2), np.finfo(float).tiny)
+        return max(np.nan_to_num(rate * float(system.delay) * widest / 2), np.finfo(float).tiny)
 
 
 def _shares(speeds: int) -> np.ndarray:

@@ -1,6 +1,7 @@
 """Settings of the shell's own process: a library call never makes them."""
 
 import os
+import warnings
 from pathlib import Path
 
 
@@ -13,6 +14,8 @@ def prepare_jax() -> None:
     """
     # JAX has a thread per core already.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # Another process may be writing what this one reads: JAX then compiles it.
+    warnings.filterwarnings("ignore", message="Error (reading|writing) persistent compilation cache entry")
     import jax
 
     if "JAX_COMPILATION_CACHE_DIR" in os.environ or jax.__version_info__ < (0, 11):
