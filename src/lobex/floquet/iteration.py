@@ -5,40 +5,40 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from lobex.floquet.dense import upper_half
+from lobex.floquet.dense import Triple, upper_half
 
 Array = Any
 
 _SUBSPACE = 8
+_SQUARINGS = 8
 
 
-def dominant_triple(matrix: Array, squarings: int = 8) -> tuple[Array, Array, Array, Array]:
-    """The eigenvalue of largest modulus of (N, N), Im ≥ 0, its unit vectors v and w, Uv = μv and wᵀU = μwᵀ, and the
-    larger residual |Uv − μv|/|μ| of the two.
+def dominant_triple(matrix: Array) -> tuple[Triple, Array]:
+    """The dominant multiplier of (N, N) and both its vectors, and the larger residual |Uv − μv|/|μ| of the two.
 
-    The work is fixed: U to the power 2^squarings, rescaled on the way, and then lower powers act on a block of
-    8 vectors, and the dominant pair is taken from the projection of U on their span. Multipliers within the
-    block need no separation, which ``power`` needs. A residual above rounding says that the ninth is too close in
-    modulus to the first, and that the pair is not to be trusted.
+    The work is fixed: U to the power 2^8, rescaled on the way, and then lower powers act on a block of 8 vectors,
+    and the dominant pair is taken from the projection of U on their span. Multipliers within the block need no
+    separation, which ``power`` needs. A residual above rounding says that the ninth is too close in modulus to the
+    first, and that the pair is not to be trusted.
 
     Where another multiplier has the modulus of the dominant one, left and right vector may belong to different
     ones; they are then orthogonal.
     """
-    powers = _powers(matrix, squarings)
+    powers = _powers(matrix)
     value, right, residual = _projected(matrix, powers)
     _, left, mirrored = _projected(matrix.T, [power.T for power in powers])
-    return value, right, left, jnp.maximum(residual, mirrored)
+    return Triple(value, right, left), jnp.maximum(residual, mirrored)
 
 
-def _powers(matrix: Array, squarings: int) -> list[Array]:
+def _powers(matrix: Array) -> list[Array]:
     """Three rescaled powers of U, highest first.
 
     The highest leaves directions of rounding in the block, whose Ritz values can be anything (U is not
     normal); the lower powers turn these towards the next multipliers.
     """
-    kept = {squarings, squarings // 2, 1}
+    kept = {_SQUARINGS, _SQUARINGS // 2, 1}
     powers = []
-    for count in range(1, squarings + 1):
+    for count in range(1, _SQUARINGS + 1):
         matrix = matrix @ matrix
         matrix = matrix / (jnp.sqrt(jnp.sum(matrix * matrix)) + jnp.finfo(matrix.dtype).tiny)
         if count in kept:

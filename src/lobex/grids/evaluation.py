@@ -27,6 +27,7 @@ _CHUNK_BYTES = 4e6
 # Below this residual the iterated |μ| agrees with the dense solver to 1e-9 (tests/test_sweep.py).
 _TRUSTED_RESIDUAL = 1e-11
 _BATCH = 128
+# Points left open by characteristic roots that one size of the operator serves.
 _FEW = 256
 # Work per point, lightest first: squarings of the operator, or 0 for the dense solver.
 _EFFORTS = (8, 16, 24, 0)
@@ -48,7 +49,9 @@ def dominant_over_grid(
 
     def work(number: int) -> tuple[Any, list[np.ndarray]]:
         # The last chunks reach back over points already done, so that one shape serves all.
-        i, j = (min(start, max(all_ - size, 0)) for start, all_, size in zip(starts[number], shape, chunk, strict=True))
+        i, j = (
+            min(start, max(whole - size, 0)) for start, whole, size in zip(starts[number], shape, chunk, strict=True)
+        )
         part = np.s_[i : i + chunk[0], j : j + chunk[1]]
         with on_device(number):
             result = _dominant(process, speeds[part[0], None], gains[part[1]], method, _EFFORTS[0], False)

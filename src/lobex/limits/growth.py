@@ -6,9 +6,8 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from lobex.floquet import dense, power
+from lobex.floquet import dense, iteration, power
 from lobex.floquet.dense import Triple, largest_modulus
-from lobex.floquet.iteration import dominant_triple
 from lobex.operators.operator import Method
 from lobex.processes.process import Process
 
@@ -41,8 +40,7 @@ def growth_and_gradient(
     one, zero = jnp.ones_like(speed), jnp.zeros_like(speed)
     operator, by_speed = jax.jvp(matrix, (speed, gain), (one, zero))
     _, by_gain = jax.jvp(matrix, (speed, gain), (zero, one))
-    value, right, left, residual = dominant_triple(operator)
-    triple = Triple(value, right, left)
+    triple, residual = iteration.dominant_triple(operator)
     rates = (_rate(triple, change) for change in (by_speed, by_gain))
     return jnp.log(jnp.abs(triple.value)), *rates, residual
 
