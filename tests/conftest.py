@@ -22,8 +22,11 @@ def _cache_of_compilations(tmp_path_factory):
 
 
 def pytest_configure(config):
-    """The workers of a run share what they compile, in a folder that the run's end removes."""
-    if not hasattr(config, "workerinput"):
+    """The workers of a run share what they compile, in a folder that the run's end removes.
+
+    A folder named by LOBEX_TESTS_COMPILED is taken as it is and kept, for a next run that is to begin sooner.
+    """
+    if "LOBEX_TESTS_COMPILED" not in os.environ:
         config._compiled = tempfile.TemporaryDirectory(prefix="lobex-compiled-")
         os.environ["LOBEX_TESTS_COMPILED"] = config._compiled.name
     jax.config.update("jax_compilation_cache_dir", os.environ["LOBEX_TESTS_COMPILED"])
