@@ -1,5 +1,6 @@
 """Every gain at which a root stands on the imaginary axis: the count of unstable roots, at all gains at once."""
 
+from functools import partial
 from typing import Any, NamedTuple
 
 import jax
@@ -7,17 +8,20 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex.characteristic.chunks import in_chunks
-from lobex.characteristic.count import Crossings, cross, in_lanes, joined, take
+from lobex.characteristic.closed_loop import close
 from lobex.characteristic.function import Contact, loop
+from lobex.characteristic.grid import Structure
+from lobex.characteristic.lanes import in_batches, take
+from lobex.characteristic.line import response
 from lobex.characteristic.method import contacts
-from lobex.characteristic.roots import find_poles
+from lobex.characteristic.nyquist import Feedback, Places, places
 from lobex.processes.process import Process
 
 Array = Any
 
 _LAST_STEPS = 3
-_BATCH = 256
 _BESIDE_AXIS = 1e-9
+_SPEEDS = (32, 256)
 
 
 class AxisCrossings(NamedTuple):
@@ -47,74 +51,88 @@ class AxisCrossings(NamedTuple):
 def axis_crossings(process: Process, speeds: np.ndarray, lowest: float, highest: float) -> AxisCrossings:
     """The crossings with lowest < K < highest, by D-subdivision (Neimark, 1949), at speeds (n,), Hz, in any order.
 
-    Nothing is scanned along the gain: what is sampled is the phase of L along the axis, see ``count``. Call it in the
-    scope of float64, for processes that ``suits``.
+    Call it in the scope of float64, for processes that ``suits``.
     """
-    sound, made, blocks, delay = contacts(process, speeds, max(abs(lowest), abs(highest)))
+    sound, structure, contact = contacts(process, speeds, max(abs(lowest), abs(highest)))
     number = np.flatnonzero(sound)
-    parts, polished = [], []
-    place: Array = np.linalg.eigvals(blocks).reshape(len(number), -1)
+    place: Array = np.linalg.eigvals(structure.drift) * structure.delay[:, None]
     # On which side of the axis a pole on it goes is not to be seen from its place.
     trusted = np.all(np.abs(place.real) > _BESIDE_AXIS * (1 + np.abs(place)), axis=1)
+    parts = []
     for sign, most in ((1, highest), (-1, -lowest)):
-        if most <= 0:
-            continue
-        one = Contact(made.numerator, made.denominator, sign * made.current, sign * made.delayed)
-        poles = find_poles(one, blocks)
-        moving: Array = np.where(poles.still, np.nan, poles.place)
-        found, closed = _cross(one, moving, most)
-        trusted &= closed | np.all(poles.still, axis=1)
-        parts.append(found._replace(gain=sign * found.gain))
-        polished.append(in_lanes(_polish, one, found.owner, (found.root.imag,), _BATCH))
-    crossings = joined(*parts)
-    omega, modulus, moved = (np.concatenate(part) for part in zip(*polished, strict=True))
-    gain: np.ndarray = np.sign(crossings.gain) * modulus
-    # In the direction of increasing gain, roots that came in on the negative side go out again.
-    change = crossings.change * np.sign(gain).astype(int)
+        if most > 0:
+            one = Contact(contact.numerator, contact.denominator, sign * contact.current, sign * contact.delayed)
+            found, closed = _one_sign(structure, one, most)
+            trusted &= closed
+            parts.append((found.lane, found.height, sign * found.gain, found.rate.real, found.moved))
+    owner, omega, gain, rate, moved = map(np.concatenate, zip(*parts, strict=True))
+    # A pair, or one on the real axis; with falling |K| roots that came in on the negative side go out again.
+    change = np.sign(rate * gain).astype(int) * np.where(omega == 0, 1, 2)
     unstable = np.sum(place.real > 0, axis=1)
     before = (gain <= lowest) if lowest >= 0 else (gain > lowest) & (gain < 0)
-    np.add.at(unstable, crossings.owner[before], crossings.change[before])
+    np.add.at(unstable, owner[before], np.where(gain > 0, change, -change)[before])
     inside = (gain > lowest) & (gain < highest)
     order = np.flatnonzero(inside)
-    order = order[np.lexsort((gain[order], crossings.owner[order]))]
+    order = order[np.lexsort((gain[order], owner[order]))]
     everywhere, closed = np.zeros(len(speeds), dtype=int), np.zeros(len(speeds), dtype=bool)
     everywhere[number], closed[number] = unstable, trusted
-    owner = crossings.owner[order]
+    owner = owner[order]
     return AxisCrossings(
         unstable=everywhere,
         trusted=closed,
         owner=number[owner],
         gain=gain[order],
-        frequency=np.abs(omega[order]) / (2 * np.pi * delay[owner]),
-        rate=crossings.rate.real[order],
+        frequency=np.abs(omega[order]) / (2 * np.pi * structure.delay[owner]),
+        rate=rate[order],
         change=change[order],
         error=moved[order] + 8 * np.finfo(float).eps * np.abs(gain[order]) * (1 + np.abs(omega[order])),
     )
 
 
-def _cross(contact: Contact, poles: np.ndarray, most: float) -> tuple[Crossings, np.ndarray]:
-    """The crossings at gains up to ``most``, and whether each lane's count closes, (b,)."""
+def _one_sign(structure: Structure, contact: Contact, most: float) -> tuple[Places, np.ndarray]:
+    """The crossings at gains in (0, most], and whether those of a lane are all known, (b,)."""
+    lanes = len(structure.delay)
+    row = np.zeros(lanes, dtype=int) if structure.same else np.arange(lanes)
+    drift, inputs, outputs = (part[row[: 1 if structure.same else None]] for part in structure[:3])
+    zero, one = np.zeros(len(drift)), np.ones(len(drift))
+    open_loops = take(close(drift, inputs, outputs, zero, one), row).at_delay(structure.delay)
 
-    def look(index: np.ndarray, count: int) -> tuple[Crossings, np.ndarray]:
-        lines = cross(take(contact, index), np.zeros(len(index)), poles[index], most)
-        mine = lines.crossings.owner < count
-        crossings = Crossings(*(a[mine] for a in lines.crossings))
-        return crossings._replace(owner=index[crossings.owner]), lines.trusted[:count]
+    def look(index: np.ndarray, count: int) -> tuple[Places, np.ndarray]:
+        feedback = Feedback(contact.current[index], contact.delayed[index], take(open_loops, index))
+        found, decided = places(feedback, most)
+        mine = found.lane < count
+        found = Places(*(part[mine] for part in found))
+        return found._replace(lane=index[found.lane]), decided[:count]
 
-    chunks = in_chunks(look, np.arange(len(poles)))
-    found, trusted = zip(*chunks, strict=True)
-    return joined(*found), np.concatenate(trusted)
+    found, decided = zip(*in_chunks(look, np.arange(lanes), _SPEEDS), strict=True)
+    found = Places(*map(np.concatenate, zip(*found, strict=True)))
+    height, gain, moved, rate = in_batches(partial(_polish, contact), (found.lane, found.height))
+    still = _at_zero(contact, open_loops, most)
+    polished = Places(found.lane, height, gain, rate, moved)
+    return Places(*map(np.concatenate, zip(polished, still, strict=True))), np.concatenate(decided)
+
+
+def _at_zero(contact: Contact, open_loops: Any, most: float) -> Places:
+    """The crossings at 0, where L = −(p + q) H(0) < 0, with the rate from its derivative along the real axis."""
+    value = -(contact.current + contact.delayed) * response(open_loops, np.zeros(len(contact.current)) + 0j).real
+    lane = np.flatnonzero(-value * most > 1)
+    slope = np.asarray(loop(take(contact, lane), np.zeros(len(lane)) + 0j).slope).real
+    zero = np.zeros(len(lane))
+    return Places(lane, zero, -1 / value[lane], -value[lane] / slope + 0j, zero)
 
 
 @jax.jit
-def _polish(contact: Contact, y: Array) -> tuple[Array, Array, Array]:
-    """Where L(jy) is real and negative: y, K = −1/L there, and how far Newton's last step moved K."""
+def _polish(contacts: Contact, lane: Array, y: Array) -> tuple[Array, Array, Array, Array]:
+    """Where L(jy) is real and negative: y, K = −1/L there, how far Newton's last step moved K, and dz/d(log K)."""
+    contact = take(contacts, lane)
 
     def improve(state: tuple[Array, Array, Array], _: None) -> tuple[tuple[Array, Array, Array], None]:
         y, gain, _ = state
         at = loop(contact, 1j * y)
-        following = jnp.where(y == 0, y, y - jnp.angle(-at.value) / (at.slope / at.value).real)
+        following = y - jnp.angle(-at.value) / (at.slope / at.value).real
         new = -1 / loop(contact, 1j * following).value.real
         return (following, new, jnp.abs(new - gain)), None
 
-    return jax.lax.scan(improve, (y, y, y), None, length=_LAST_STEPS)[0]
+    y, gain, moved = jax.lax.scan(improve, (y, y, y), None, length=_LAST_STEPS)[0]
+    at = loop(contact, 1j * y)
+    return y, gain, moved, -at.value / at.slope

@@ -39,16 +39,23 @@ class Contact:
     delayed: Array
 
 
-class Loop(NamedTuple):
-    """L, its derivative by z, and the logarithmic derivative of the product of the denominators."""
+class Response(NamedTuple):
+    """H, its derivative by z, and how many ulps of 1 rounding may have put into it."""
 
     value: Array
     slope: Array
-    poles: Array
+    rounding: Array
 
 
-def contact(system: DelaySystem) -> tuple[Contact, Array]:
-    """The contact of one delay system, with its gain as it stands, and the matrices τA, (n, s, s).
+class Loop(NamedTuple):
+    """L and its derivative by z."""
+
+    value: Array
+    slope: Array
+
+
+def contact(system: DelaySystem) -> Contact:
+    """The contact of one delay system, with its gain as it stands.
 
     The coefficients of C adj(zI − τA) E and of the characteristic polynomial by Faddeev and LeVerrier.
     """
@@ -64,34 +71,36 @@ def contact(system: DelaySystem) -> tuple[Contact, Array]:
         denominator.append(coefficient)
         power = product + coefficient[:, None, None] * unit
     current, delayed = system.feedback.at(jnp.zeros(1))
-    made = Contact(
+    return Contact(
         jnp.stack(numerator[::-1], axis=1), jnp.stack(denominator[::-1], axis=1), current[0, 0, 0], delayed[0, 0, 0]
     )
-    return made, blocks
 
 
-def loop(contact: Contact, z: Array) -> Loop:
-    """L and what Newton's method wants of it; ``z`` is complex, and its trailing axes are the contact's lanes."""
+def response(contact: Contact, z: Array) -> Response:
+    """H; ``z`` is complex, and its trailing axes are the contact's lanes."""
+    size = jnp.abs(z)
 
     def add(sums: tuple[Array, ...], block: tuple[Array, Array]) -> tuple[tuple[Array, ...], None]:
         top, top_slope = _polynomial(block[0], z)
-        bottom, bottom_slope = _polynomial(jnp.concatenate([block[1], jnp.ones_like(block[1][:1])]), z)
+        denominator = jnp.concatenate([block[1], jnp.ones_like(block[1][:1])])
+        bottom, bottom_slope = _polynomial(denominator, z)
         inverse = _inverse(bottom)
         ratio, term = bottom_slope * inverse, top * inverse
-        return tuple(s + t for s, t in zip(sums, (term, top_slope * inverse - term * ratio, ratio), strict=True)), None
+        # Next to a pole the terms of the denominator take each other away.
+        lost = jnp.abs(term * inverse) * _polynomial(jnp.abs(denominator), size)[0]
+        return tuple(s + t for s, t in zip(sums, (term, top_slope * inverse - term * ratio, lost), strict=True)), None
 
     zero = jnp.zeros_like(z)
     blocks = (contact.numerator, contact.denominator)
-    response, response_slope, poles = jax.lax.scan(add, (zero, zero, zero), blocks, unroll=_UNROLLED)[0]
+    return Response(*jax.lax.scan(add, (zero, zero, jnp.zeros_like(size)), blocks, unroll=_UNROLLED)[0])
+
+
+def loop(contact: Contact, z: Array) -> Loop:
+    """L and its derivative; ``z`` is complex, and its trailing axes are the contact's lanes."""
+    at = response(contact, z)
     before = contact.delayed * _decaying(z)
     feedback = contact.current + before
-    return Loop(-feedback * response, before * response - feedback * response_slope, poles)
-
-
-def newton_step(at: Loop, gain: Array) -> Array:
-    """Newton's step on (1 + K L) times all denominators, an entire function: its poles do not disturb."""
-    value = 1 + gain * at.value
-    return -value * _inverse(gain * at.slope + value * at.poles)
+    return Loop(-feedback * at.value, before * at.value - feedback * at.slope)
 
 
 def _polynomial(coefficients: Array, z: Array) -> tuple[Array, Array]:

@@ -1,135 +1,83 @@
-"""The dominant root over a grid of speeds and gains above zero: lines, beginnings, paths, and the last digits."""
+"""The rightmost root over a grid of speeds and gains: some gains from scratch, the others from their neighbours'."""
 
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from lobex.characteristic.chunks import in_chunks
-from lobex.characteristic.count import Lines, take
+from lobex.characteristic.climb import ROOTS, climb
+from lobex.characteristic.closed_loop import Loops, close
 from lobex.characteristic.function import Contact
-from lobex.characteristic.level import choose
-from lobex.characteristic.paths import leaders
-from lobex.characteristic.polish import dominant
-from lobex.characteristic.roots import (
-    Poles,
-    Starts,
-    beginning,
-    crossing_starts,
-    double_starts,
-    follow,
-    pole_starts,
-)
+from lobex.characteristic.lanes import take
+from lobex.characteristic.polish import polish
 
 Array = Any
 
-# Of log K from node to node; numbers of nodes are whole multiples, so that few functions are compiled.
-_STEP = 0.12
-_NODES = 32
-# A pole where the path cannot begin straight, such as a double one, begins at this part of the largest gain.
-_LEAST = 1e-13
+# Every so many gains are looked at from scratch, and lanes are looked at so many at a time.
+_STRIDE = 8
+_LANES = (64, 2048)
 
 
-class _Effort(NamedTuple):
-    """What is tried for the speeds that are left.
+class Structure(NamedTuple):
+    """ż = A z + E K(p y + q y(t − τ)), y = C z, at n speeds.
 
     Attributes:
-        stretch: of the line's first distance: a root may run along the line.
-        parts: that the steps along the gain are cut into: paths may come close to each other.
-        steps: of Newton's method at a point: close to a double root it begins slowly.
+        drift: A, (n, d, d), 1/s.
+        inputs: E, (n, d).
+        outputs: C, (n, d).
+        present: p, (n,).
+        delayed: q, (n,).
+        delay: τ, (n,), s.
     """
 
-    stretch: float
-    parts: int
-    steps: int
+    drift: Array
+    inputs: Array
+    outputs: Array
+    present: Array
+    delayed: Array
+    delay: Array
+
+    @property
+    def same(self) -> bool:
+        """Whether the speed enters through the delay alone."""
+        return all(bool(np.all(part == part[:1])) for part in self[:-1])
 
 
-_EFFORTS = (_Effort(1.0, 1, 2), _Effort(1.7, 8, 8), _Effort(3.1, 64, 16))
-# The last step of Newton's method, which converges quadratically.
-_CONVERGED = 1e-9
-# Paths that are looked at together: with more, the chunk is halved.
-_PATHS = 4096
+def rightmost_roots(structure: Structure, contact: Contact, gains: Array) -> tuple[Array, Array, Array]:
+    """The rightmost roots z, Im z ≥ 0, their errors, and whether they are proven, each (n, m), for gains (m,) ≠ 0."""
+    shape = len(structure.delay), len(gains)
+    root: Array = np.full(shape, np.nan + 0j)
+    found: Array = np.full((*shape, ROOTS), np.nan + 0j)
+    proven, error = np.zeros(shape, dtype=bool), np.full(shape, np.nan)
+    shared = _closed(structure, np.zeros(len(gains), dtype=int), gains) if structure.same else None
+    coarse = np.unique(np.append(np.arange(0, shape[1], _STRIDE), shape[1] - 1))
+    for columns in (coarse, np.setdiff1d(np.arange(shape[1]), coarse)):
+        row, column = (a.ravel() for a in np.meshgrid(np.arange(shape[0]), columns, indexing="ij"))
+        before = coarse[np.searchsorted(coarse, column, side="right") - 1]
+        after = coarse[np.minimum(np.searchsorted(coarse, column), len(coarse) - 1)]
+
+        def work(index: Array, count: int) -> None:
+            i, j = row[index], column[index]
+            if shared is None:
+                loops = _closed(structure, i, gains[j])
+            else:
+                loops = take(shared, j)
+            loops = loops.at_delay(structure.delay[i])
+            guesses = None
+            if columns is not coarse:
+                guesses = np.concatenate([found[i, before[index]], found[i, after[index]]], axis=1)
+            climbed = climb(loops, guesses)
+            i, j = i[:count], j[:count]
+            found[i, j], proven[i, j] = climbed.found[:count], climbed.proven[:count]
+            root[i, j] = climbed.root[:count]
+
+        in_chunks(work, np.arange(len(row)), _LANES)
+    row, column = np.nonzero(proven)
+    root[row, column], error[row, column] = polish(contact, row, gains[column], root[row, column])
+    return root, error, proven & np.isfinite(error)
 
 
-def dominant_roots(contact: Contact, poles: Poles, gains: Array) -> tuple[Array, Array]:
-    """The dominant root z, and whether it is settled, each (b, m), for lanes (b,) and increasing gains (m,) above 0.
-
-    Im z may have either sign; what is not settled is NaN.
-    """
-    rows = len(poles.place)
-    root: Array = np.full((rows, len(gains)), np.nan + 0j)
-    settled = np.zeros(root.shape, dtype=bool)
-    left = np.nonzero(~np.all(poles.still, axis=1))[0]
-    nodes = _NODES
-    for effort in _EFFORTS:
-        if len(left) == 0:
-            break
-        chosen = Poles(*(a[left] for a in poles))
-        found, proven, nodes = _attempt(take(contact, left), chosen, gains, effort, nodes)
-        new = proven & ~settled[left]
-        root[left] = np.where(new, found, root[left])
-        settled[left] |= new
-        left = left[~np.all(settled[left], axis=1)]
-    # Roots that the gain does not move have no part in the count.
-    still = np.where(poles.still, poles.place.real, -np.inf)
-    foremost = np.argmax(still, axis=1)[:, None]
-    unmoved = np.all(poles.still, axis=1)[:, None]
-    settled |= unmoved
-    ahead = settled & (unmoved | (np.take_along_axis(still, foremost, axis=1) > root.real))
-    root = np.where(ahead, np.take_along_axis(poles.place, foremost, axis=1), root)
-    return root, settled
-
-
-def _attempt(contact: Contact, poles: Poles, gains: Array, effort: _Effort, least: int) -> tuple[Array, Array, int]:
-    largest = float(gains[-1])
-    lines = choose(contact, poles, gains, effort.stretch)
-    first = np.min(np.where(beginning(poles, lines.level), poles.safe, np.inf), axis=1)
-    np.minimum.at(first, lines.crossings.owner, lines.crossings.gain * 0.999)
-    first = np.clip(first, _LEAST * largest, largest / 2)
-    nodes = max(-(-int(np.ceil(np.max(np.log(largest / first)) / _STEP)) // _NODES) * _NODES, least)
-    step = np.log(largest / first) / (nodes - 1)
-    order = np.argsort(lines.crossings.owner, kind="stable")
-    ordered = type(lines.crossings)(*(a[order] for a in lines.crossings))
-
-    def work(index: Array, count: int) -> tuple[Array, Array]:
-        begin, end = np.searchsorted(ordered.owner, [index[0], index[count - 1] + 1])
-        if end - begin > _PATHS and count > 1:
-            half = count // 2
-            lower = work(np.resize(index[:half], len(index)), half)
-            upper = work(np.resize(index[half:count], len(index)), count - half)
-            return np.concatenate([lower[0], upper[0]]), np.concatenate([lower[1], upper[1]])
-        mine = type(ordered)(*(a[begin:end] for a in ordered))
-        mine = mine._replace(owner=mine.owner - index[0])
-        part = Lines(lines.level[index], lines.start[index], mine, lines.trusted[index])
-        chosen = Poles(*(a[index] for a in poles))
-        root, settled = _dominant(take(contact, index), chosen, part, gains, first[index], step[index], nodes, effort)
-        return root[:count], settled[:count]
-
-    root, settled = (np.concatenate(p) for p in zip(*in_chunks(work, np.arange(len(first))), strict=True))
-    return root, settled, nodes
-
-
-def _dominant(
-    contact: Contact,
-    poles: Poles,
-    lines: Lines,
-    gains: Array,
-    first: Array,
-    step: Array,
-    nodes: int,
-    effort: _Effort,
-) -> tuple[Array, Array]:
-    level, crossings = lines.level, lines.crossings
-    begun = (
-        crossing_starts(crossings),
-        double_starts(contact, level, poles, float(gains[-1])),
-        pole_starts(poles, level, first),
-    )
-    starts = Starts(*map(np.concatenate, zip(*begun, strict=True)))
-    paths, slopes = follow(contact, level, starts, first, step, nodes, effort.parts)
-    position = np.ceil(np.log(crossings.gain / first[crossings.owner]) / step[crossings.owner]).astype(int)
-    lead = leaders(starts, paths, slopes, level, lines.beyond(position, nodes))
-    found = dominant(contact, lead.ends, lead.rest, lead.closed, first, step, gains, effort.steps)
-    root: Array
-    root, change, clear = map(np.asarray, found)
-    settled = clear & (change < _CONVERGED) & (root.real > level[:, None]) & lines.trusted[:, None]
-    return np.where(settled, root, np.nan), settled
+def _closed(structure: Structure, row: Array, gain: Array) -> Loops:
+    """The loops at speeds and gains, (l,), in s."""
+    drift, inputs, outputs, present, delayed = (part[row] for part in structure[:-1])
+    return close(drift, inputs, outputs, gain * present, gain * delayed)

@@ -10,8 +10,7 @@ import numpy as np
 from lobex import _checks
 from lobex._pytree import pytree
 from lobex.characteristic.function import Contact, contact
-from lobex.characteristic.grid import dominant_roots
-from lobex.characteristic.roots import find_poles
+from lobex.characteristic.grid import Structure, rightmost_roots
 from lobex.processes.feedback import ConstantFeedback
 from lobex.processes.process import Process, check_process
 from lobex.processes.system import DelaySystem
@@ -21,22 +20,17 @@ Array = Any
 
 @pytree()
 class CharacteristicRoots:
-    """The dominant root s of 1 − (P + Q e^{−sτ}) C (sI − A)⁻¹ E = 0, and with it the multiplier μ = e^{sτ}.
+    """The rightmost root s of 1 − (P + Q e^{−sτ}) C (sI − A)⁻¹ E = 0, and with it the multiplier μ = e^{sτ}.
 
     For constant coefficients that are proportional to the gain, with one contact direction: ``Rub``, ``Turning``,
-    ``Scalar``. No operator is built and nothing is discretised: Newton's method on the equation itself, so that
-    multipliers are good to rounding, times |sτ|. At every speed a line Re s = σ is chosen with a root beyond it at
-    every gain; all roots that ever pass it are found by D-subdivision on that line (Neimark, 1949) and are
-    followed along the gain. A point is settled where, at the nodes of log K around it, the roots at hand are as many
-    as the line has let pass, so that none is missing there and none can enter in between unseen; where Newton's
-    method has converged at the point itself; and where no rival came too close to tell apart.
-
-    What is sampled and not proven: that arg L along the line turns by less than π between samples that show less
-    than π/2, that two paths do not exchange their roots without either being lost (which would do no harm), and that
-    between two nodes a path behind the first three does not overtake what they reach there.
+    ``Scalar``. No operator is built and nothing is discretised. At every point the roots to the right of a line are
+    counted by the argument principle, with the response between delayed and present output as a rational function whose
+    bounds decide every part of the line (``line``), and roots are sought until those in hand are as many as were
+    counted (``climb``). So no root is missed, whatever the number of waves per delay, the damping and the gain.
+    Multipliers are good to rounding, times |sτ|.
     """
 
-    def over_grid(self, process: Process, speeds: Array, gains: Array) -> tuple[Array, Array, Array]:
+    def over_grid(self, process: Process, speeds: Array, gains: Array) -> tuple[Array, Array, Array, Array]:
         """The dominant multiplier at every point of a grid. Call it in the scope of float64.
 
         Args:
@@ -45,32 +39,31 @@ class CharacteristicRoots:
             gains: increasing, of either sign, shape (m,).
 
         Returns:
-            The dominant multiplier with Im μ ≥ 0, the chatter frequency |Im s|/2π in Hz, and whether the point is
-            settled, each of shape (n, m). What is not settled is NaN: compute it with an operator.
+            The dominant multiplier with Im μ ≥ 0, the chatter frequency |Im s|/2π in Hz, the relative error of |μ| by
+            rounding, and whether the count proves the point, each of shape (n, m). Where it does not, all are NaN.
 
         Raises:
             ValueError: for a process of another kind.
         """
         speeds, gains = np.asarray(speeds, dtype=float), np.asarray(gains, dtype=float)
-        sound, made, blocks, delay = contacts(process, speeds, float(np.max(np.abs(gains))))
-        root: Array = np.full((len(delay), len(gains)), np.nan + 0j)
-        settled = np.zeros(root.shape, dtype=bool)
-        for sign in (1, -1):
-            columns = np.nonzero(sign * gains > 0)[0][::sign]
-            if len(columns):
-                one = Contact(made.numerator, made.denominator, sign * made.current, sign * made.delayed)
-                found = dominant_roots(one, find_poles(one, blocks), sign * gains[columns])
-                root[:, columns], settled[:, columns] = found
-        free = np.nonzero(gains == 0)[0]
+        sound, structure, contact = contacts(process, speeds, float(np.max(np.abs(gains))))
+        root: Array = np.full((len(structure.delay), len(gains)), np.nan + 0j)
+        error, proven = np.full(root.shape, np.nan), np.zeros(root.shape, dtype=bool)
+        acting, free = np.flatnonzero(gains), np.flatnonzero(gains == 0)
+        if len(acting):
+            results = rightmost_roots(structure, contact, gains[acting])
+            root[:, acting], error[:, acting], proven[:, acting] = results
         if len(free):
-            place = np.linalg.eigvals(blocks).reshape(len(delay), -1) + 0j
+            place = np.linalg.eigvals(structure.drift) * structure.delay[:, None] + 0j
             root[:, free] = np.take_along_axis(place, np.argmax(place.real, axis=1)[:, None], axis=1)
-            settled[:, free] = True
-        root.imag = np.abs(root.imag)
+            error[:, free] = np.finfo(float).eps * np.max(np.abs(place), axis=1)[:, None]
+            proven[:, free] = True
+        root = np.where(proven, root.real + 1j * np.abs(root.imag), np.nan)
         value: Array = np.exp(root)
-        results = value.real + 1j * np.abs(value.imag), root.imag / (2 * np.pi * delay[:, None]), settled
-        nothing = np.full((len(speeds), len(gains)), np.nan + 0j), np.full((len(speeds), len(gains)), np.nan)
-        everywhere = (*nothing, np.zeros((len(speeds), len(gains)), dtype=bool))
+        frequency = root.imag / (2 * np.pi * structure.delay[:, None])
+        results = value.real + 1j * np.abs(value.imag), frequency, np.where(proven, error, np.nan), proven
+        nothing = np.full((len(speeds), len(gains)), np.nan)
+        everywhere = nothing + 0j, nothing.copy(), nothing.copy(), np.zeros(nothing.shape, dtype=bool)
         for target, result in zip(everywhere, results, strict=True):
             target[sound] = result
         return everywhere
@@ -80,14 +73,12 @@ class CharacteristicRoots:
         return np.inf
 
 
-def contacts(
-    process: Process, speeds: np.ndarray, largest: float
-) -> tuple[np.ndarray, Contact, np.ndarray, np.ndarray]:
-    """The contacts of a process at a gain of one, with the speeds as lanes.
+def contacts(process: Process, speeds: np.ndarray, largest: float) -> tuple[np.ndarray, Structure, Contact]:
+    """The structure of a process, and its contacts at a gain of one with the speeds as lanes.
 
     Returns:
-        Which speeds are sound, (n,): at the others the model itself fails, and they are left out of the rest. The
-        contacts; the matrices τA, (b, n, s, s); and the delays τ, (b,), s.
+        Which speeds are sound, (n,): at the others the model itself fails, and they are left out of the rest; the
+        structure; and the contacts.
 
     Raises:
         ValueError: for periodic coefficients, several contact directions, or coefficients that are not proportional
@@ -96,9 +87,9 @@ def contacts(
     _check(process)
     whole = jax.tree.map(np.asarray, _contacts(process, speeds, largest))
     sound = np.logical_and.reduce([np.isfinite(a.reshape(len(a), -1)).all(axis=1) for a in jax.tree.leaves(whole)])
-    made, blocks, delay, others = jax.tree.map(lambda a: a[sound], whole)
+    structure, made, others = jax.tree.map(lambda a: a[sound], whole)
     _check_proportional(process, made, others, largest)
-    return sound, jax.tree.map(lambda a: np.ascontiguousarray(np.moveaxis(a, 0, -1)), made), blocks, delay
+    return sound, structure, jax.tree.map(lambda a: np.ascontiguousarray(np.moveaxis(a, 0, -1)), made)
 
 
 def suits(process: Process, speed: float) -> bool:
@@ -114,20 +105,26 @@ def suits(process: Process, speed: float) -> bool:
 
 
 @jax.jit
-def _contacts(process: Process, speeds: Array, largest: Any) -> tuple[Contact, Array, Array, Array]:
-    """The contacts at a gain of one, the matrices τA and the delays τ, each with the speeds first.
-
-    And P and Q at a gain of zero and at the largest, (n, 2, 2).
-    """
+def _contacts(process: Process, speeds: Array, largest: Any) -> tuple[Structure, Contact, Array]:
+    """The structures and the contacts at a gain of one, and P and Q at a gain of zero and the largest, (n, 2, 2)."""
 
     def coefficients(speed: Array, gain: Array) -> Array:
         feedback: Any = process.system(speed, gain).feedback
         return jnp.stack([feedback.current[0, 0], feedback.delayed[0, 0]])
 
-    def one(speed: Array) -> tuple[Contact, Array, Array, Array]:
+    def one(speed: Array) -> tuple[Structure, Contact, Array]:
         system = process.system(speed, jnp.ones_like(speed))
         others = jax.vmap(partial(coefficients, speed))(jnp.stack([jnp.zeros_like(largest), largest]))
-        return *contact(system), jnp.asarray(system.delay), others
+        made = contact(system)
+        structure = Structure(
+            drift=system.drift(),
+            inputs=system.input_matrix()[:, 0],
+            outputs=system.output_matrix()[0],
+            present=made.current,
+            delayed=made.delayed,
+            delay=jnp.asarray(system.delay),
+        )
+        return structure, made, others
 
     return jax.vmap(one)(speeds)
 

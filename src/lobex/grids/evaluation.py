@@ -73,9 +73,9 @@ def dominant_over_grid(
 
 def _by_roots(process: Process, speeds: np.ndarray, gains: np.ndarray, method: CharacteristicRoots) -> Dominant:
     """By characteristic roots, which have no error of discretisation, and what they leave open by an operator."""
-    multiplier, frequency, settled = method.over_grid(process, speeds, gains)
-    error, nodes = np.zeros(settled.shape), np.zeros(settled.shape, dtype=int)
-    left = np.nonzero(~settled)
+    multiplier, frequency, error, proven = method.over_grid(process, speeds, gains)
+    nodes = np.zeros(proven.shape, dtype=int)
+    left = np.nonzero(~proven)
     # Of a few points it is quicker to compute them too finely than to compile one size after the other.
     again = refined_at_points(process, speeds[left[0]], gains[left[1]], Duhamel(), every_mode=len(left[0]) < _FEW)
     for target, result in zip((multiplier, frequency, error, nodes), again[:4], strict=True):

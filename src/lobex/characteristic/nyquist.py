@@ -1,0 +1,133 @@
+"""Every place on the imaginary axis where a root stands at some gain, by cells that cannot hide one.
+
+For 1 + K L(z) = 0 that is where L(jy) is real and negative, at K = −1/L (D-subdivision: Neimark, 1949). A part of the
+axis holds no such place where |L| < 1/K for all gains asked for, or where the phase of L cannot reach π; and it holds
+one at most where that phase can only rise or only fall. Bounds of L, L′ and L″ from the distances to the poles say so,
+and a part is halved until they do: nothing is sampled.
+"""
+
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from lobex.characteristic.cells import Cells, bounds, decide, first_cells
+from lobex.characteristic.closed_loop import Loops
+from lobex.characteristic.lanes import in_batches, take
+from lobex.characteristic.line import on_line
+
+Array = Any
+
+_STEPS = 8
+
+
+class Places(NamedTuple):
+    """Where L(jy) is real and negative, y > 0, each (e,).
+
+    Attributes:
+        lane: whose L.
+        height: y.
+        gain: K = −1/L.
+        rate: dz/d(log K) of the root that stands there.
+        moved: how far the last of Newton's steps moved K.
+    """
+
+    lane: Array
+    height: Array
+    gain: Array
+    rate: Array
+    moved: Array
+
+
+class Feedback(NamedTuple):
+    """L = −(p + q e^{−z}) H(z) of lanes (b,): p, q, and H as the loop that it makes alone."""
+
+    present: Array
+    delayed: Array
+    loops: Loops
+
+
+def places(feedback: Feedback, largest: float) -> tuple[Places, Array]:
+    """The places with K up to ``largest``, and whether those of a lane are all known, (b,)."""
+    lanes = len(feedback.present)
+    found: list[tuple[Array, Array, Array]] = []
+    on_device = jax.tree.map(jnp.asarray, feedback)
+    level = np.zeros(lanes)
+
+    def look(cells: Cells) -> Array:
+        index = np.full(len(cells.line), largest), *cells
+        split, crossed = in_batches(partial(_crossed, on_device), index)
+        found.append(tuple(part[crossed] for part in cells))
+        return split
+
+    with np.errstate(divide="ignore"):
+        least = -np.log(largest * (np.abs(feedback.present) + np.abs(feedback.delayed)))
+    decided = decide(first_cells(feedback.loops, level, least), look, lanes)
+    lane, low, high = map(np.concatenate, zip(*found, strict=True))
+    height, gain, rate, moved, good = in_batches(partial(_place, on_device), (lane, low, high))
+    decided[lane[~good]] = False
+    kept = good & (gain <= largest)
+    return Places(*(part[kept] for part in (lane, height, gain, rate, moved))), decided
+
+
+def _loop(feedback: Feedback, y: Array) -> tuple[Array, Array]:
+    """L and L′ at jy."""
+    upper, lower = 1 / (1j * y - feedback.loops.upper), 1 / (1j * y - feedback.loops.lower)
+    terms = (feedback.loops.first * 1j * y + feedback.loops.constant) * upper * lower
+    value = jnp.sum(terms, axis=0)
+    slope = jnp.sum(feedback.loops.first * upper * lower - terms * (upper + lower), axis=0)
+    before = feedback.delayed * jnp.exp(-1j * y)
+    whole = feedback.present + before
+    return -whole * value, before * value - whole * slope
+
+
+@jax.jit
+def _crossed(feedback: Feedback, largest: Array, lane: Array, low: Array, high: Array) -> tuple[Array, Array]:
+    """Whether to halve a cell, and, if not, whether the phase of −L passes 0 in it."""
+    mine = take(feedback, lane)
+    over = bounds(mine.loops, jnp.zeros_like(low), low, high)
+    value, slope = _loop(mine, over.middle)
+    size = jnp.abs(value)
+    delayed = jnp.abs(mine.delayed)
+    nearby = jnp.abs(mine.present + mine.delayed * jnp.exp(-1j * over.middle)) + delayed * over.half
+    steepest = delayed * over.value + nearby * over.slope
+    bend = delayed * (over.value + 2 * over.slope) + nearby * over.bend
+    change = steepest * over.half
+    quiet = jnp.minimum(nearby * over.value, size + change) * largest < 1
+    share = change / size
+    phase = jnp.angle(-value)
+    apart = (share < 1) & (jnp.abs(phase) > jnp.arcsin(jnp.minimum(share, 1.0)))
+    # The phase changes as Re(L′/L), and that by no more than its derivative's bound.
+    least = size - change
+    turning = jnp.abs((slope / value).real)
+    one_way = (share < 0.5) & (turning > over.half * (bend / least + jnp.square(steepest / least)))
+    begin, end = (jnp.angle(-_loop(mine, y)[0]) for y in (low, high))
+    crossed = ((begin > 0) != (end > 0)) & (jnp.abs(begin) + jnp.abs(end) < jnp.pi)
+    decided = quiet | apart | one_way | over.narrow
+    return ~decided, decided & ~quiet & ~apart & crossed
+
+
+@jax.jit
+def _place(feedback: Feedback, lane: Array, low: Array, high: Array) -> tuple[Array, ...]:
+    """The zero of arg(−L) in a cell by Newton's method, bisecting where it leaves the bracket: y, K, rate, last step."""
+    mine = take(feedback, lane)
+    rising = jnp.angle(-_loop(mine, high)[0]) > 0
+
+    def improve(_: int, state: tuple[Array, ...]) -> tuple[Array, ...]:
+        low, high, y, before, _ = state
+        value, slope = _loop(mine, y)
+        phase = jnp.angle(-value)
+        beyond = (phase > 0) == rising
+        low, high = jnp.where(beyond, low, y), jnp.where(beyond, y, high)
+        following = y - phase / (slope / value).real
+        following = jnp.where((following >= low) & (following <= high), following, (low + high) / 2)
+        gain = 1 / jnp.abs(value)
+        return low, high, following, gain, jnp.abs(gain - before)
+
+    middle = (low + high) / 2
+    start = low, high, middle, jnp.full_like(middle, jnp.inf), jnp.zeros_like(middle)
+    _, _, y, _, moved = jax.lax.fori_loop(0, _STEPS, improve, start)
+    value, slope = _loop(mine, y)
+    return y, 1 / jnp.abs(value), -value / slope, moved, jnp.abs(jnp.angle(-value)) < 1e-6
