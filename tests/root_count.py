@@ -1,6 +1,6 @@
 """An oracle of its own for one contact with constant feedback: how many roots lie to the right of a line.
 
-F(z) = 1 + K Σ φψτ²/(z² + 2ξωτz + (ωτ)²) (p′ − q′e^{−z}) is sampled up the line, ever finer where its argument turns, and
+F(z) = 1 + K Σ φ²τ²/(z² + 2ξωτz + (ωτ)²) (1 − e^{−z}) is sampled up the line, ever finer where its argument turns, and
 its turns are counted (the argument principle). It shares no code with the package.
 """
 
@@ -60,16 +60,13 @@ def roots_beyond(function, level, per_turn=16):
     y = np.unique(np.clip(np.concatenate(edges), 0, top))
     value = function(level + 1j * y)
     # Where F turns by much between two samples, more are taken there.
-    turned = 0.0
     for _ in range(60):
         step = np.angle(value[1:] / value[:-1])
         coarse = np.flatnonzero(np.abs(step) > 0.6)
-        sure = np.abs(step) <= 0.6
         if not coarse.size:
             break
         middle = (y[coarse] + y[coarse + 1]) / 2
         y = np.insert(y, coarse + 1, middle)
         value = np.insert(value, coarse + 1, function(level + 1j * middle))
-    del sure
     turned = np.sum(np.angle(value[1:] / value[:-1]))
     return int(np.sum(poles.real > level)) - round(2 * turned / (2 * np.pi))

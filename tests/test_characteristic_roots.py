@@ -10,11 +10,11 @@ from scipy.special import lambertw
 import lobex
 from cases import MILL, ROD, rub
 from lobex._pytree import pytree
-from lobex.characteristic.chunks import SPEEDS
-from lobex.characteristic.count import cross
-from lobex.characteristic.function import contact, loop, newton_step
-from lobex.characteristic.method import CharacteristicRoots, _contacts
-from lobex.characteristic.roots import find_poles
+from lobex.characteristic.closed_loop import close
+from lobex.characteristic.function import contact, loop
+from lobex.characteristic.lanes import on_device
+from lobex.characteristic.line import roots_beyond
+from lobex.characteristic.method import CharacteristicRoots, contacts
 from lobex.operators.duhamel import Duhamel
 from lobex.processes.feedback import ConstantFeedback
 from lobex.processes.system import DelaySystem
@@ -35,7 +35,7 @@ def upper(value):
 
 def worst(process, speeds, gains, method, points=24):
     """The largest relative distance from dense eigenvalues over random points, and the unsettled points of the grid."""
-    found, _, settled = over_grid(process, speeds, gains)
+    found, _, _, settled = over_grid(process, speeds, gains)
     rng = np.random.default_rng(3)
     i, j = rng.integers(0, len(speeds), points), rng.integers(0, len(gains), points)
     dense = upper(lobex.multipliers(process, speeds[i], gains[j], method)[:, 0])
@@ -72,7 +72,7 @@ def test_turning_from_zero_depth():
 @pytest.mark.parametrize("a", [-3.0, -1.0, 0.0, 2.0])
 def test_hayes_by_lambert_w(a):
     speeds, gains = np.linspace(0.4, 3, 27), np.linspace(-6, 6, 83)
-    found, frequency, settled = over_grid(lobex.Scalar(a), speeds, gains)
+    found, frequency, _, settled = over_grid(lobex.Scalar(a), speeds, gains)
     tau = 1 / speeds[:, None]
     branches = [a + lambertw(np.where(gains == 0, np.nan, gains) * tau * np.exp(-a * tau), k) / tau for k in (-1, 0)]
     exact = np.where(branches[0].real > branches[1].real, *branches)
@@ -89,7 +89,7 @@ def test_hayes_by_lambert_w(a):
 
 def test_what_is_settled_solves_the_equation_and_the_frequency_has_its_carrier():
     speeds, gains = np.linspace(50, 400, 33), GAINS
-    found, frequency, settled = over_grid(ROD, speeds, gains)
+    found, frequency, _, settled = over_grid(ROD, speeds, gains)
     assert np.all(settled)
     modes = ROD.modes
     tau = 1 / speeds[:, None]
@@ -105,24 +105,21 @@ def test_what_is_settled_solves_the_equation_and_the_frequency_has_its_carrier()
 
 
 def test_the_count_is_that_of_the_eigenvalues():
-    speeds, gains = np.linspace(150, 400, SPEEDS), GAINS[::5]
+    speeds, gains = np.linspace(150, 400, 24), np.resize(GAINS[::5], 24)
     with jax.enable_x64(True):
-        made, blocks, *_ = jax.tree.map(np.asarray, _contacts(ROD, speeds, gains[-1]))
-        made = jax.tree.map(lambda a: np.moveaxis(a, 0, -1), made)
-        poles = find_poles(made, blocks).place
-        level = poles.real.max(axis=1) - 0.37
-        lines = cross(made, level, poles, gains[-1])
-    assert np.all(lines.trusted)
-    counted = lines.beyond(np.searchsorted(gains, lines.crossings.gain, side="right"), len(gains))
-    i, j = np.arange(24), np.arange(24) % 9
-    moduli = np.abs(lobex.multipliers(ROD, speeds[i], gains[j], Duhamel(120)))
-    assert np.array_equal(counted[i, j], np.sum(moduli > np.exp(level[i])[:, None], axis=1))
-    assert counted[i, j].max() > 10
+        _, structure, _ = contacts(ROD, speeds, 1.0)
+        loops = close(*structure[:3], gains * structure.present, gains * structure.delayed).at_delay(structure.delay)
+        level = loops.rightmost - 0.37
+        count = roots_beyond(loops, on_device(loops.filled()), np.arange(24), level)
+    assert np.all(count.decided)
+    moduli = np.abs(lobex.multipliers(ROD, speeds, gains, Duhamel(120)))
+    assert np.array_equal(count.roots, np.sum(moduli > np.exp(level)[:, None], axis=1))
+    assert count.roots.max() > 10
 
 
 def test_the_slope_is_the_functions_derivative():
     with jax.enable_x64(True):
-        made, _ = contact(ROD.system(200.0, 1.0))
+        made = contact(ROD.system(200.0, 1.0))
         z = np.array([-0.3 + 5.0j, 0.2 + 11.0j, -1.0 + 0.0j])
         wide = jax.tree.map(lambda a: np.asarray(a)[..., None], made)
         at, step = loop(wide, z), 1e-5
@@ -133,17 +130,14 @@ def test_the_slope_is_the_functions_derivative():
         for k, s in enumerate(200.0 * z):
             response = (outputs @ np.linalg.solve(s * np.eye(len(drift)) - drift, inputs))[0, 0]
             assert np.asarray(at.value)[k] == pytest.approx((1 - np.exp(-z[k])) * response, rel=1e-12)
-        # At a root the step is none.
-        gain = -1 / at.value
-        assert np.max(np.abs(np.asarray(newton_step(at, gain)))) < 1e-12
 
 
 def test_a_mode_that_the_contact_does_not_see_stays():
     modes = rub(1).modes
     slow = lobex.Modes(*(np.concatenate(p) for p in zip(vars(modes).values(), ([300.0], [1e-4], [[0.0]]), strict=True)))
     speeds, gains = np.linspace(150, 400, 33), GAINS
-    alone, _, _ = over_grid(lobex.Rub(modes), speeds, gains)
-    found, frequency, settled = over_grid(lobex.Rub(slow), speeds, gains)
+    alone, _, _, _ = over_grid(lobex.Rub(modes), speeds, gains)
+    found, frequency, _, settled = over_grid(lobex.Rub(slow), speeds, gains)
     root = 300.0 * (-1e-4 + 1j * np.sqrt(1 - 1e-8))
     still = np.broadcast_to(upper(np.exp(root / speeds))[:, None], found.shape)
     ahead = np.abs(still) > np.abs(alone)
@@ -158,8 +152,8 @@ def test_two_equal_modes_are_one_of_twice_the_strength_and_one_unmoved():
     two = lobex.Modes(*(np.concatenate([a, a]) for a in (one.angular_frequency, one.damping_ratio, one.shape)))
     heavy = lobex.Modes(one.angular_frequency, one.damping_ratio, np.sqrt(2) * one.shape)
     speeds, gains = np.linspace(40, 90, 33), np.linspace(1e3, 1e5, 41)
-    found, _, settled = over_grid(lobex.Rub(two), speeds, gains)
-    alone, _, _ = over_grid(lobex.Rub(heavy), speeds, gains)
+    found, _, _, settled = over_grid(lobex.Rub(two), speeds, gains)
+    alone, _, _, _ = over_grid(lobex.Rub(heavy), speeds, gains)
     free = np.exp(-0.02 * one.angular_frequency / speeds)[:, None]
     assert np.all(settled)
     assert np.abs(found) == pytest.approx(np.maximum(np.abs(alone), free), rel=1e-11)
@@ -173,8 +167,8 @@ def test_scaling(stiffer, heavier):
     ratio = np.sqrt(stiffer / heavier)
     scaled = lobex.Modes.single(frequency=100.0 * ratio, damping_ratio=0.03, mass=heavier)
     speeds, gains = np.linspace(30, 150, 33), np.linspace(0, 4e5, 42)
-    mu, frequency, settled = over_grid(lobex.Rub(base), speeds, gains)
-    again, higher, also = over_grid(lobex.Rub(scaled), speeds * ratio, gains * stiffer)
+    mu, frequency, _, settled = over_grid(lobex.Rub(base), speeds, gains)
+    again, higher, _, also = over_grid(lobex.Rub(scaled), speeds * ratio, gains * stiffer)
     both = settled & also
     assert np.mean(both) > 0.999
     assert again[both] == pytest.approx(mu[both], rel=1e-10)
@@ -183,9 +177,9 @@ def test_scaling(stiffer, heavier):
 
 def test_the_grid_does_not_change_a_point():
     speeds, gains = np.linspace(60, 400, 33), GAINS
-    whole, _, settled = over_grid(ROD, speeds, gains)
+    whole, _, _, settled = over_grid(ROD, speeds, gains)
     others = np.sort(np.append(gains[::4], np.linspace(1e4, 6e6, 30)))
-    part, _, also = over_grid(ROD, speeds[5:9], others)
+    part, _, _, also = over_grid(ROD, speeds[5:9], others)
     assert np.all(settled)
     assert np.all(also)
     assert part[:, np.searchsorted(others, gains[::4])] == pytest.approx(whole[5:9, ::4], rel=1e-12)

@@ -11,7 +11,7 @@ from lobex.characteristic.chunks import in_chunks
 from lobex.characteristic.closed_loop import close
 from lobex.characteristic.function import Contact, loop
 from lobex.characteristic.grid import Structure
-from lobex.characteristic.lanes import in_batches, take
+from lobex.characteristic.lanes import in_batches, on_device, take
 from lobex.characteristic.line import response
 from lobex.characteristic.method import contacts
 from lobex.characteristic.nyquist import Feedback, Places, places
@@ -21,7 +21,7 @@ Array = Any
 
 _LAST_STEPS = 3
 _BESIDE_AXIS = 1e-9
-_SPEEDS = (32, 256)
+_SPEEDS = 256
 
 
 class AxisCrossings(NamedTuple):
@@ -97,16 +97,14 @@ def _one_sign(structure: Structure, contact: Contact, most: float) -> tuple[Plac
     zero, one = np.zeros(len(drift)), np.ones(len(drift))
     open_loops = take(close(drift, inputs, outputs, zero, one), row).at_delay(structure.delay)
 
-    def look(index: np.ndarray, count: int) -> tuple[Places, np.ndarray]:
+    def look(index: np.ndarray) -> tuple[Places, np.ndarray]:
         feedback = Feedback(contact.current[index], contact.delayed[index], take(open_loops, index))
         found, decided = places(feedback, most)
-        mine = found.lane < count
-        found = Places(*(part[mine] for part in found))
-        return found._replace(lane=index[found.lane]), decided[:count]
+        return found._replace(lane=index[found.lane]), decided
 
-    found, decided = zip(*in_chunks(look, np.arange(lanes), _SPEEDS), strict=True)
+    found, decided = zip(*in_chunks(look, lanes, _SPEEDS), strict=True)
     found = Places(*map(np.concatenate, zip(*found, strict=True)))
-    height, gain, moved, rate = in_batches(partial(_polish, contact), (found.lane, found.height))
+    height, gain, moved, rate = in_batches(partial(_polish, on_device(contact.filled())), (found.lane, found.height))
     still = _at_zero(contact, open_loops, most)
     polished = Places(found.lane, height, gain, rate, moved)
     return Places(*map(np.concatenate, zip(polished, still, strict=True))), np.concatenate(decided)
@@ -116,9 +114,9 @@ def _at_zero(contact: Contact, open_loops: Any, most: float) -> Places:
     """The crossings at 0, where L = −(p + q) H(0) < 0, with the rate from its derivative along the real axis."""
     value = -(contact.current + contact.delayed) * response(open_loops, np.zeros(len(contact.current)) + 0j).real
     lane = np.flatnonzero(-value * most > 1)
-    slope = np.asarray(loop(take(contact, lane), np.zeros(len(lane)) + 0j).slope).real
+    slope: Array = np.asarray(loop(take(contact, lane), np.zeros(len(lane)) + 0j).slope)
     zero = np.zeros(len(lane))
-    return Places(lane, zero, -1 / value[lane], -value[lane] / slope + 0j, zero)
+    return Places(lane, zero, -1 / value[lane], -value[lane] / slope, zero)
 
 
 @jax.jit

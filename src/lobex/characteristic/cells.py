@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -14,6 +15,8 @@ Array = Any
 _NARROWEST = 1e-14
 _ROUNDS = 100
 _MOST = 2**21
+# Modes summed without a loop in between.
+_UNROLLED = 8
 
 
 class Cells(NamedTuple):
@@ -25,52 +28,66 @@ class Cells(NamedTuple):
 
 
 class Bounds(NamedTuple):
-    """Over a cell, of |M|, |M′| and |M″|, with its middle and half its width."""
+    """Over a cell, of |M|, |M′| and |M″|."""
 
     value: Array
     slope: Array
     bend: Array
-    middle: Array
-    half: Array
-
-    @property
-    def narrow(self) -> Array:
-        """Whether rounding is as wide."""
-        return self.half < _NARROWEST * (1 + jnp.abs(self.middle))
 
 
-def bounds(loops: Loops, level: Array, low: Array, high: Array) -> Bounds:
-    """By the triangle inequality, from the distances of the cells of Re z = ``level`` to the poles."""
-    middle, half = (low + high) / 2, (high - low) / 2
+def over_modes(term: Callable[[Loops], Any], loops: Loops, like: Any) -> Any:
+    """Sums over the modes of what ``term`` gives, a tree of the shapes of ``like``."""
+
+    def add(sums: Any, mode: Loops) -> tuple[Any, None]:
+        return jax.tree.map(jnp.add, sums, term(mode)), None
+
+    return jax.lax.scan(add, jax.tree.map(jnp.zeros_like, like), loops, unroll=_UNROLLED)[0]
+
+
+def bounds_of_mode(mode: Loops, level: Array, middle: Array, half: Array) -> Bounds:
+    """By the triangle inequality, from the distances of cells of Re z = ``level`` to the poles."""
 
     def inverse_distance(pole: Array) -> Array:
         outside = jnp.maximum(jnp.abs(middle - pole.imag) - half, 0.0)
         return 1 / jnp.sqrt(jnp.square(level - pole.real) + jnp.square(outside))
 
-    upper, lower = inverse_distance(loops.upper), inverse_distance(loops.lower)
+    upper, lower = inverse_distance(mode.upper), inverse_distance(mode.lower)
     both, either = upper * lower, upper + lower
-    first = jnp.abs(loops.first)
-    top = first * (jnp.sqrt(jnp.square(level) + jnp.square(middle)) + half) + jnp.abs(loops.constant)
+    first = jnp.abs(mode.first)
+    top = first * (jnp.abs(level) + jnp.abs(middle) + half) + jnp.abs(mode.constant)
     return Bounds(
-        value=jnp.sum(top * both, axis=0),
-        slope=jnp.sum(both * (first + top * either), axis=0),
-        bend=2 * jnp.sum(both * (first * either + top * (jnp.square(either) - both)), axis=0),
-        middle=middle,
-        half=half,
+        value=top * both,
+        slope=both * (first + top * either),
+        bend=2 * both * (first * either + top * (jnp.square(either) - both)),
     )
 
 
+def value_of_mode(mode: Loops, level: Array, y: Array) -> tuple[Array, Array]:
+    """M at x + jy, real and imaginary part."""
+    left, right = level - mode.upper.real, level - mode.lower.real
+    above, below = y - mode.upper.imag, y - mode.lower.imag
+    real, imaginary = left * right - above * below, left * below + right * above
+    top_real, top_imaginary = mode.first * level + mode.constant, mode.first * y
+    scale = 1 / (jnp.square(real) + jnp.square(imaginary))
+    return (
+        (top_real * real + top_imaginary * imaginary) * scale,
+        (top_imaginary * real - top_real * imaginary) * scale,
+    )
+
+
+def narrow(middle: Array, half: Array) -> Array:
+    """Whether rounding is as wide as a cell."""
+    return half < _NARROWEST * (1 + jnp.abs(middle))
+
+
 def first_cells(loops: Loops, level: Array, least: Array) -> Cells:
-    """From 0 over the height of every pole to a height beyond which log |M| is below ``least``, (lines,)."""
+    """From 0 over the height of every pole to a height beyond which |M| is below ``least``, (lines,)."""
     heights = np.sort(np.abs(loops.upper.imag), axis=0)
-    first, constant, beyond = np.abs(loops.first), np.abs(loops.constant), np.ones(len(level))
-    for _ in range(400):
-        with np.errstate(divide="ignore"):
-            size = np.log(np.sum((first * (np.abs(level) + heights[-1] + beyond) + constant) / beyond**2, axis=0))
-        large = size > least - 0.1
-        if not np.any(large):
-            break
-        beyond = np.where(large, 1.5 * beyond, beyond)
+    first, constant = np.abs(loops.first), np.abs(loops.constant)
+    # Beyond the highest pole by b, |M| is at most A/b + B/b².
+    a = np.sum(first, axis=0) / least
+    b = np.sum(first * (np.abs(level) + heights[-1]) + constant, axis=0) / least
+    beyond = 1.1 * (a + np.sqrt(a * a + 4 * b)) / 2 + 1e-3
     edges = np.concatenate([np.zeros((1, len(level))), heights, heights[-1:] + beyond])
     low, high = edges[:-1].T.ravel(), edges[1:].T.ravel()
     line = np.repeat(np.arange(len(level)), len(edges) - 1)
@@ -79,14 +96,14 @@ def first_cells(loops: Loops, level: Array, least: Array) -> Cells:
 
 
 def decide(cells: Cells, look: Callable[[Cells], Array], lines: int) -> Array:
-    """Halve the cells that ``look`` is undecided about, until it is about none; whether each of the lines is decided."""
+    """Halve the cells that ``look`` is undecided about, until it is about none; whether each line is decided."""
     decided = np.ones(lines, dtype=bool)
     for _ in range(_ROUNDS):
         if not len(cells.line):
             return decided
         if len(cells.line) > _MOST:
             break
-        undecided = look(cells)
+        undecided = np.flatnonzero(look(cells))
         line, low, high = (part[undecided] for part in cells)
         middle = (low + high) / 2
         cells = Cells(*map(np.concatenate, ((line, line), (low, middle), (middle, high))))

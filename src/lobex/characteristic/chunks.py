@@ -1,4 +1,4 @@
-"""Work over many lanes in chunks of one size, on every core."""
+"""Work over many lanes in chunks, on every core."""
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
@@ -14,21 +14,18 @@ Array = Any
 _THREADS = 2
 
 
-def in_chunks(function: Callable[[Array, int], Any], index: Array, sizes: tuple[int, ...]) -> list[Any]:
-    """``function(chunk, count)`` for parts of ``index``, each filled up with repeats behind its ``count`` members.
+def in_chunks(function: Callable[[Array], Any], lanes: int, size: int) -> list[Any]:
+    """``function(numbers of lanes)`` for parts of ``size`` at most.
 
-    Chunks have the least of the increasing ``sizes`` that holds all, or the largest. The first is done before the
-    others begin, so that nothing is compiled twice.
+    The first is done before the others begin, so that nothing is compiled twice.
     """
-    size = next((s for s in sizes if s >= len(index)), sizes[-1])
 
     def work(start: int) -> Any:
-        part = index[start : start + size]
         with on_device(start // size):
-            return function(np.resize(part, size), len(part))
+            return function(np.arange(start, min(start + size, lanes)))
 
-    if len(index) == 0:
+    if lanes == 0:
         return []
     first = work(0)
     with ThreadPoolExecutor(max(_THREADS, len(jax.local_devices()))) as pool:
-        return [first, *pool.map(work, range(size, len(index), size))]
+        return [first, *pool.map(work, range(size, lanes, size))]

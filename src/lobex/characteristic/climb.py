@@ -11,28 +11,29 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from lobex.characteristic.cells import over_modes
 from lobex.characteristic.closed_loop import Loops
-from lobex.characteristic.lanes import in_batches, take
-from lobex.characteristic.line import response, roots_beyond
+from lobex.characteristic.lanes import in_batches, on_device, take
+from lobex.characteristic.line import PLACES, response, roots_beyond
 
 Array = Any
 
 # Roots that are remembered of each lane.
-ROOTS = 8
+ROOTS = 6
 # Of the line from the foremost root, at first and at last.
-_APART, _CLOSE = 0.05, 1e-11
+_APART, _CLOSE = 0.1, 1e-11
 _ROUNDS = 80
 _SAME = 1e-8
 _REAL = 1e-9
 _GUESSES = 6
-_STEPS = 16
-_CONVERGED = 1e-9
+# Of Newton, so many at a time.
+_STEPS, _ROUNDS_OF_STEPS = 4, 5
+_CONVERGED = 1e-7
 
 
 class Climbed(NamedTuple):
-    """The foremost root z of each lane, Im z ≥ 0, the others found, (l, ROOTS), and whether a count proves it, (l,)."""
+    """The roots found of each lane, the foremost first, (l, ROOTS), Im z ≥ 0, and whether a count proves it, (l,)."""
 
-    root: Array
     found: Array
     proven: Array
 
@@ -42,55 +43,65 @@ class _Search:
 
     def __init__(self, loops: Loops, guesses: Array | None) -> None:
         lanes = np.shape(loops.first)[1]
-        self.loops, self.on_device = loops, Loops(*map(jnp.asarray, loops))
+        self.loops, self.on_device = loops, on_device(loops.filled())
         self.found: Array = np.full((lanes, ROOTS), np.nan + 0j)
         self.distance = np.full(lanes, _APART)
         self.low, self.high = np.full(lanes, -np.inf), np.full(lanes, np.inf)
         self.step = np.full(lanes, 0.5)
+        self.level = np.full(lanes, -np.inf)
         if guesses is not None:
-            lane, column = np.nonzero(np.isfinite(guesses))
-            self.add(lane, guesses[lane, column], np.full(lanes, -np.inf))
-        self.level = np.where(self.foremost > -np.inf, self.foremost - self.distance, _first_level(loops))
+            self.add(np.arange(lanes), guesses)
+        bare = np.flatnonzero(self.foremost == -np.inf)
+        self.level = self.foremost - self.distance
+        self.level[bare] = _first_level(take(loops, bare))
 
     @property
     def foremost(self) -> Array:
-        return np.max(_real(self.found), axis=1)
+        return _real(self.found[:, 0])
 
-    def add(self, lane: Array, starts: Array, level: Array) -> None:
-        """Keep the roots that Newton's method reaches from starts (k,) and that are to the right of the lanes' level."""
-        root, converged = newton(self.on_device, lane, starts)
-        converged &= root.real > level[lane]
-        lane, root = lane[converged], root[converged]
-        while len(lane):
-            first = np.unique(lane, return_index=True)[1]
-            owner, new = lane[first], root[first]
-            known = self.found[owner]
-            with np.errstate(invalid="ignore"):
-                repeated = np.any(np.abs(known - new[:, None]) < _SAME * (1 + np.abs(new[:, None])), axis=1)
-            owner, new = owner[~repeated], new[~repeated]
-            hindmost = np.argmin(_real(self.found[owner]), axis=1)
-            ahead = new.real > _real(self.found[owner, hindmost])
-            self.found[owner[ahead], hindmost[ahead]] = new[ahead]
-            left = np.ones(len(lane), dtype=bool)
-            left[first] = False
-            lane, root = lane[left], root[left]
+    def add(self, lane: Array, starts: Array) -> None:
+        """Keep the roots beyond the level that Newton's method reaches from starts (k, s) of lanes (k,), NaN-filled."""
+        row, column = np.nonzero(np.isfinite(starts))
+        root, converged = newton(self.on_device, lane[row], starts[row, column])
+        converged &= root.real > self.level[lane[row]]
+        new = np.full(starts.shape, np.nan + 0j)
+        new[row[converged], column[converged]] = root[converged]
+        everything = np.concatenate([self.found[lane], new], axis=1)
+        everything = np.take_along_axis(everything, np.argsort(-_real(everything), axis=1), axis=1)
+        kept = np.full((len(lane), ROOTS), np.nan + 0j)
+        filled = np.zeros(len(lane), dtype=int)
+        with np.errstate(invalid="ignore"):
+            for one in everything.T:
+                same = np.any(np.abs(kept - one[:, None]) < _SAME * (1 + np.abs(one[:, None])), axis=1)
+                fresh = np.flatnonzero(~same & (filled < ROOTS) & ~np.isnan(one.real))
+                kept[fresh, filled[fresh]] = one[fresh]
+                filled[fresh] += 1
+        self.found[lane] = kept
 
     def look(self, lane: Array) -> tuple[Array, Array]:
-        """Count beyond the levels of the lanes and add what is found there; whether they are proven, and go on."""
+        """Count beyond the levels of the lanes, and seek what is not in hand; which are proven, and which go on."""
         level = self.level[lane]
         count = roots_beyond(self.loops, self.on_device, lane, level)
-        owner, starts = _starts(self.loops, lane, level, count.places)
-        self.add(owner, starts, self.level)
-        mine = self.found[lane]
-        beyond = mine.real > level[:, None]
-        known = np.sum(beyond * np.where(np.abs(mine.imag) > _REAL * (1 + np.abs(mine)), 2, 1), axis=1)
-        proven = count.decided & (count.roots == known) & (known > 0)
-        self._next(lane, level, count.roots, count.decided)
-        return proven, ~proven & (self.distance[lane] > _CLOSE)
+        proven = count.decided & self._known(lane, count.roots)
+        rest = np.flatnonzero(~proven)
+        if len(rest):
+            self.add(lane[rest], _starts(self.loops, lane[rest], level[rest], count.places[rest]))
+            proven[rest] = count.decided[rest] & self._known(lane[rest], count.roots[rest])
+        rest = ~proven
+        self._next(lane[rest], count.roots[rest] > 0, count.decided[rest])
+        return proven, rest & (self.distance[lane] > _CLOSE)
 
-    def _next(self, lane: Array, level: Array, roots: Array, decided: Array) -> None:
+    def _known(self, lane: Array, roots: Array) -> Array:
+        """Whether as many roots are in hand beyond the levels of the lanes; a pair counts twice."""
+        mine = self.found[lane]
+        weight = np.where(np.abs(mine.imag) > _REAL * (1 + np.abs(mine)), 2, 1)
+        return (np.sum(weight * (mine.real > self.level[lane, None]), axis=1) == roots) & (roots > 0)
+
+    def _next(self, lane: Array, some: Array, decided: Array) -> None:
+        """Choose the next level: closer to the foremost root, or between what is known to have roots beyond and not."""
+        level = self.level[lane]
         # A line that too many roots lie beyond to be counted is one with roots beyond.
-        some = (roots > 0) | ~decided
+        some = some | ~decided
         self.low[lane] = np.where(some, np.maximum(self.low[lane], level), self.low[lane])
         self.high[lane] = np.where(some, self.high[lane], np.minimum(self.high[lane], level))
         low, high, foremost, step = (a[lane] for a in (self.low, self.high, self.foremost, self.step))
@@ -114,35 +125,45 @@ def climb(loops: Loops, guesses: Array | None = None) -> Climbed:
         done, further = search.look(left)
         proven[left[done]] = True
         left = left[further]
-    best = np.argmax(_real(search.found), axis=1)[:, None]
-    return Climbed(np.take_along_axis(search.found, best, axis=1)[:, 0], search.found, proven)
+    return Climbed(search.found, proven)
 
 
 def newton(loops: Any, lane: Array, start: Array) -> tuple[Array, Array]:
     """Roots from starts (k,) of lanes, Im z ≥ 0, and whether they are."""
-    root, change = in_batches(partial(_newton, loops), (lane, start))
+    root, change = start.astype(complex), np.full(len(lane), np.inf)
+    left = np.arange(len(lane))
+    for _ in range(_ROUNDS_OF_STEPS):
+        root[left], change[left] = in_batches(partial(_newton, loops), (lane[left], root[left]))
+        with np.errstate(invalid="ignore"):
+            left = left[change[left] >= _CONVERGED * (1 + np.abs(root[left]))]
+        if not len(left):
+            break
     root = root.real + 1j * np.abs(root.imag)
-    return root, (change < _CONVERGED * (1 + np.abs(root))) & np.isfinite(root)
+    with np.errstate(invalid="ignore"):
+        return root, (change < _CONVERGED * (1 + np.abs(root))) & np.isfinite(root)
 
 
 @jax.jit
-def _newton(loops: Loops, lane: Array, z: Array) -> tuple[Array, Array]:
-    """Newton's method on log w, to the nearest of its turns, with steps of 1 at most; z, and its last step."""
+def _newton(loops: Loops, lane: Array, start: Array) -> tuple[Array, Array]:
+    """Steps of Newton's method on log w, to the nearest of its turns, of 1 at most; z, and the last step."""
     mine = take(loops, lane)
 
     def improve(_: int, state: tuple[Array, Array]) -> tuple[Array, Array]:
         z, _ = state
-        upper, lower = 1 / (z - mine.upper), 1 / (z - mine.lower)
-        terms = (mine.first * z + mine.constant) * upper * lower
-        value = jnp.sum(terms, axis=0)
-        slope = jnp.sum(mine.first * upper * lower - terms * (upper + lower), axis=0)
+
+        def term(mode: Loops) -> tuple[Array, Array]:
+            upper, lower = 1 / (z - mode.upper), 1 / (z - mode.lower)
+            value = (mode.first * z + mode.constant) * upper * lower
+            return value, mode.first * upper * lower - value * (upper + lower)
+
+        value, slope = over_modes(term, mine, (z, z))
         rest = jnp.log(value) - z
         turns = 2 * jnp.pi * jnp.round(rest.imag / (2 * jnp.pi))
         step = (rest - 1j * turns) / (1 - slope / value)
         size = jnp.abs(step)
         return z + step / jnp.maximum(size, 1.0), size
 
-    return jax.lax.fori_loop(0, _STEPS, improve, (z, jnp.full(jnp.shape(lane), jnp.inf)))
+    return jax.lax.fori_loop(0, _STEPS, improve, (start, jnp.full(jnp.shape(lane), jnp.inf)))
 
 
 def _first_level(loops: Loops) -> Array:
@@ -155,23 +176,22 @@ def _first_level(loops: Loops) -> Array:
     return level - _APART
 
 
-def _starts(loops: Loops, lane: Array, level: Array, places: Array) -> tuple[Array, Array]:
-    """Where to look for roots beyond the lines: next to the places on them, and next to poles beyond."""
-    row, column = np.nonzero(np.isfinite(places))
-    owners, starts = [lane[row]], [places[row, column]]
+def _starts(loops: Loops, lane: Array, level: Array, places: Array) -> Array:
+    """Where to look for roots beyond the lines, (k, s): next to the places on them, and next to poles beyond."""
+    near = []
     for pole, other in ((loops.upper, loops.lower), (loops.lower, loops.upper)):
-        mine, partner = pole[:, lane], other[:, lane]
-        mode, row = np.nonzero((mine.real > level) & (mine.imag >= 0))
-        place, partner = mine[mode, row], partner[mode, row]
-        index = mode, lane[row]
+        pole, other = pole[:, lane], other[:, lane]
         with np.errstate(all="ignore"):
-            residue = (loops.first[index] * place + loops.constant[index]) / (place - partner)
-            move = residue * np.exp(-place)
+            residue = (loops.first[:, lane] * pole + loops.constant[:, lane]) / (pole - other)
+            move = residue * np.exp(-pole)
             move = move / np.maximum(np.abs(move), 1.0)
         # A pole that the contact does not see is a root itself.
-        owners.append(lane[row])
-        starts.append(place + np.where(np.isfinite(move), move, 0.1))
-    return np.concatenate(owners), np.concatenate(starts)
+        start = pole + np.where(np.isfinite(move), move, 0.1)
+        near.append(np.where((pole.real > level) & (pole.imag >= 0), start, np.nan))
+    beside = np.concatenate(near).T
+    # The foremost are enough: the line comes closer when there are more.
+    order = np.argsort(-_real(beside), axis=1)[:, : PLACES + 1]
+    return np.concatenate([places, np.take_along_axis(beside, order, axis=1)], axis=1)
 
 
 def _real(z: Array) -> Array:

@@ -9,9 +9,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from lobex.characteristic.lanes import with_modes
+
 Array = Any
 
 _NEARBY = 1e-10
+_FAR = 1e9
 
 
 class Loops(NamedTuple):
@@ -32,6 +35,11 @@ class Loops(NamedTuple):
     def at_delay(self, delay: Array) -> "Loops":
         """In z = sτ, where these are in s, for delays of the same lanes."""
         return Loops(self.first * delay, self.constant * delay**2, self.upper * delay, self.lower * delay)
+
+    def filled(self) -> "Loops":
+        """With modes that add nothing, up to one of a few numbers of them, for which programs are compiled."""
+        nothing, far = np.zeros(1), np.full(1, -_FAR + 0j)
+        return Loops(*map(with_modes, self, (nothing, nothing, far, far)))
 
     @property
     def rightmost(self) -> Array:

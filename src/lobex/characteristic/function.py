@@ -10,14 +10,18 @@ from typing import Any, NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from lobex._pytree import pytree
+from lobex.characteristic.lanes import with_modes
 from lobex.processes.system import DelaySystem
 
 Array = Any
 
 # Blocks summed without a loop in between.
 _UNROLLED = 8
+# z where poles of modes that are none lie: out of the way.
+_FAR = 1e9
 # π/2 in two parts, the first so short that its multiples are exact.
 _QUARTER_TURN = (1.5707963267341256, 6.077100506506192e-11)
 
@@ -37,6 +41,12 @@ class Contact:
     denominator: Array
     current: Array
     delayed: Array
+
+    def filled(self) -> "Contact":
+        """With modes that add nothing, up to one of a few numbers of them, for which programs are compiled."""
+        far = np.append(_FAR**2, np.zeros(np.shape(self.denominator)[1] - 1))[:, None]
+        numerator, denominator = with_modes(self.numerator, np.zeros(1)), with_modes(self.denominator, far)
+        return Contact(numerator, denominator, self.current, self.delayed)
 
 
 class Response(NamedTuple):

@@ -8,14 +8,15 @@ from lobex.characteristic.chunks import in_chunks
 from lobex.characteristic.climb import ROOTS, climb
 from lobex.characteristic.closed_loop import Loops, close
 from lobex.characteristic.function import Contact
-from lobex.characteristic.lanes import take
+from lobex.characteristic.lanes import LANES, take
 from lobex.characteristic.polish import polish
 
 Array = Any
 
-# Every so many gains are looked at from scratch, and lanes are looked at so many at a time.
+# Every so many gains are looked at from scratch.
 _STRIDE = 8
-_LANES = (64, 2048)
+# Roots of a neighbour that are begun with.
+_KEPT = 2
 
 
 class Structure(NamedTuple):
@@ -46,32 +47,29 @@ class Structure(NamedTuple):
 def rightmost_roots(structure: Structure, contact: Contact, gains: Array) -> tuple[Array, Array, Array]:
     """The rightmost roots z, Im z ≥ 0, their errors, and whether they are proven, each (n, m), for gains (m,) ≠ 0."""
     shape = len(structure.delay), len(gains)
-    root: Array = np.full(shape, np.nan + 0j)
     found: Array = np.full((*shape, ROOTS), np.nan + 0j)
     proven, error = np.zeros(shape, dtype=bool), np.full(shape, np.nan)
     shared = _closed(structure, np.zeros(len(gains), dtype=int), gains) if structure.same else None
     coarse = np.unique(np.append(np.arange(0, shape[1], _STRIDE), shape[1] - 1))
-    for columns in (coarse, np.setdiff1d(np.arange(shape[1]), coarse)):
-        row, column = (a.ravel() for a in np.meshgrid(np.arange(shape[0]), columns, indexing="ij"))
-        before = coarse[np.searchsorted(coarse, column, side="right") - 1]
-        after = coarse[np.minimum(np.searchsorted(coarse, column), len(coarse) - 1)]
 
-        def work(index: Array, count: int) -> None:
-            i, j = row[index], column[index]
-            if shared is None:
-                loops = _closed(structure, i, gains[j])
-            else:
-                loops = take(shared, j)
-            loops = loops.at_delay(structure.delay[i])
-            guesses = None
-            if columns is not coarse:
-                guesses = np.concatenate([found[i, before[index]], found[i, after[index]]], axis=1)
-            climbed = climb(loops, guesses)
-            i, j = i[:count], j[:count]
-            found[i, j], proven[i, j] = climbed.found[:count], climbed.proven[:count]
-            root[i, j] = climbed.root[:count]
+    def at_columns(columns: Array, beside: tuple[Array, ...]) -> None:
+        """Fill columns of the grid, from the roots in the columns beside them."""
+        row, number = (a.ravel() for a in np.meshgrid(np.arange(shape[0]), np.arange(len(columns)), indexing="ij"))
 
-        in_chunks(work, np.arange(len(row)), _LANES)
+        def work(index: Array) -> None:
+            i, j = row[index], columns[number[index]]
+            loops = _closed(structure, i, gains[j]) if shared is None else take(shared, j)
+            guesses = [found[i, other[number[index]], :_KEPT] for other in beside]
+            climbed = climb(loops.at_delay(structure.delay[i]), np.concatenate(guesses, axis=1) if guesses else None)
+            found[i, j], proven[i, j] = climbed
+
+        in_chunks(work, len(row), LANES)
+
+    between = np.setdiff1d(np.arange(shape[1]), coarse)
+    after = np.searchsorted(coarse, between)
+    at_columns(coarse, ())
+    at_columns(between, (coarse[after - 1], coarse[np.minimum(after, len(coarse) - 1)]))
+    root = found[..., 0]
     row, column = np.nonzero(proven)
     root[row, column], error[row, column] = polish(contact, row, gains[column], root[row, column])
     return root, error, proven & np.isfinite(error)

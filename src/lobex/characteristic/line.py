@@ -14,12 +14,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from lobex.characteristic.cells import Cells, bounds, decide, first_cells
+from lobex.characteristic.cells import Cells, bounds_of_mode, decide, first_cells, narrow, over_modes, value_of_mode
 from lobex.characteristic.closed_loop import Loops
 from lobex.characteristic.lanes import in_batches, take
 
 Array = Any
 
+_DONE, _SPLIT, _LOUD = 0, 1, 2
 # Places that are reported for each line.
 PLACES = 3
 
@@ -50,21 +51,28 @@ def roots_beyond(loops: Loops, on_device: Any, lane: Array, level: Array) -> Cou
     mine = take(loops, lane)
     number = np.sum(mine.upper.real > level, axis=0) + np.sum(mine.lower.real > level, axis=0)
     # Half of the line says what the other does, but for the crossing at its middle.
-    on_axis = response(mine, level + 0j).real
-    with np.errstate(divide="ignore"):
-        beyond_one = (on_axis > 0) & (np.log(np.abs(on_axis)) > level)
+    with np.errstate(all="ignore"):
+        size = np.exp(-level)
+        beyond_one = response(mine, level + 0j).real * size > 1
     number = number - beyond_one
-    found: list[tuple[Array, Array, Array]] = []
+    found: list[tuple[Array, ...]] = []
 
     def look(cells: Cells) -> Array:
-        arrays = lane[cells.line], level[cells.line], cells.low, cells.high
-        split, passed, place, height = in_batches(partial(_crossings, on_device), arrays)
-        np.add.at(number, cells.line, 2 * passed)
-        hit = np.flatnonzero(passed)
-        found.append((cells.line[hit], place[hit], height[hit]))
-        return split
+        owner = lane[cells.line]
+        arrays = owner, level[cells.line], size[cells.line], cells.low, cells.high
+        code, turn, height = in_batches(partial(_look, on_device), arrays)
+        loud = np.flatnonzero(code == _LOUD)
+        if len(loud):
+            line, low, high = (part[loud] for part in cells)
+            (passed,) = in_batches(partial(_passed, on_device), (owner[loud], level[line], low, high))
+            np.add.at(number, line, 2 * passed)
+            hit = np.flatnonzero(passed)
+            line, low, high = line[hit], low[hit], high[hit]
+            found.append((line, np.clip((low + high) / 2 + turn[loud[hit]], low, high), height[loud[hit]]))
+        return code == _SPLIT
 
-    decided = decide(first_cells(mine, level, level), look, len(lane))
+    with np.errstate(all="ignore"):
+        decided = decide(first_cells(mine, level, np.exp(level)), look, len(lane))
     return Count(number, decided, _places(found, level, beyond_one))
 
 
@@ -74,10 +82,12 @@ def response(loops: Loops, z: Array) -> Array:
         return np.sum((loops.first * z + loops.constant) / ((z - loops.upper) * (z - loops.lower)), axis=0)
 
 
-def _places(found: list[tuple[Array, Array, Array]], level: Array, beyond_one: Array) -> Array:
+def _places(found: list[tuple[Array, ...]], level: Array, beyond_one: Array) -> Array:
     """The places of the highest |w| of each line, and the real axis where a root is on it."""
     places = np.full((len(level), PLACES + 1), np.nan + 0j)
     places[beyond_one, PLACES] = level[beyond_one]
+    if not found:
+        return places
     line, place, height = map(np.concatenate, zip(*found, strict=True))
     order = np.lexsort((-height, line))
     line, place = line[order], place[order]
@@ -87,42 +97,44 @@ def _places(found: list[tuple[Array, Array, Array]], level: Array, beyond_one: A
     return places
 
 
-def on_line(loops: Loops, level: Array, y: Array) -> tuple[Array, Array]:
-    """M at x + jy, real and imaginary part."""
-    left, right = level - loops.upper.real, level - loops.lower.real
-    above, below = y - loops.upper.imag, y - loops.lower.imag
-    real, imaginary = left * right - above * below, left * below + right * above
-    top_real, top_imaginary = loops.first * level + loops.constant, loops.first * y
-    scale = 1 / (jnp.square(real) + jnp.square(imaginary))
-    return (
-        jnp.sum((top_real * real + top_imaginary * imaginary) * scale, axis=0),
-        jnp.sum((top_imaginary * real - top_real * imaginary) * scale, axis=0),
-    )
+@jax.jit
+def _look(loops: Loops, lane: Array, level: Array, scale: Array, low: Array, high: Array) -> tuple[Array, ...]:
+    """What is to be done with a cell; how far w in its middle is turned from the real axis, rad; and |w| there."""
+    mine = take(loops, lane)
+    middle, half = (low + high) / 2, (high - low) / 2
+    mine = mine._replace(first=mine.first * scale, constant=mine.constant * scale)
+
+    def term(mode: Loops) -> tuple[Array, ...]:
+        over = bounds_of_mode(mode, level, middle, half)
+        return *value_of_mode(mode, level, middle), over.value, over.slope
+
+    real, imaginary, most, steepest = over_modes(term, mine, (level,) * 4)
+    size = jnp.sqrt(jnp.square(real) + jnp.square(imaginary))
+    change = steepest * half
+    phase = jnp.arctan2(imaginary, real) - middle
+    turn = phase - 2 * jnp.pi * jnp.round(phase / (2 * jnp.pi))
+    smallest = narrow(middle, half)
+    quiet = (jnp.minimum(most, size + change) < 1) | (smallest & (size <= 1))
+    share = jnp.minimum(change / size, 1.0)
+    # arcsin s ≤ s + (π/2 − 1) s³
+    apart = (share < 1) & (jnp.abs(turn) > half + share + (jnp.pi / 2 - 1) * share**3)
+    loud = (size - change > 1) | smallest
+    code = jnp.where(quiet | apart, _DONE, jnp.where(loud, _LOUD, _SPLIT))
+    return code.astype(jnp.int8), turn, size
 
 
 @jax.jit
-def _crossings(loops: Loops, lane: Array, level: Array, low: Array, high: Array) -> tuple[Array, ...]:
-    """Whether to halve a cell; if not, crossings counted downwards; with a place of one, and log |w| in the middle."""
+def _passed(loops: Loops, lane: Array, level: Array, low: Array, high: Array) -> tuple[Array]:
+    """How often w passes the real axis beyond 1 downwards, in a cell where |w| > 1 and M turns by less than π."""
     mine = take(loops, lane)
-    over = bounds(mine, level, low, high)
-    real, imaginary = on_line(mine, level, over.middle)
-    size = jnp.sqrt(jnp.square(real) + jnp.square(imaginary))
-    change = over.slope * over.half
-    height = jnp.log(size) - level
-    quiet = (jnp.log(jnp.minimum(over.value, size + change)) < level) | (over.narrow & (height <= 0))
-    share = change / size
-    phase = jnp.arctan2(imaginary, real) - over.middle
-    turn = phase - 2 * jnp.pi * jnp.round(phase / (2 * jnp.pi))
-    apart = (share < 1) & (jnp.abs(turn) > over.half + jnp.arcsin(jnp.minimum(share, 1.0)))
-    loud = (share < 1) & (jnp.log(size - change) > level) | over.narrow
-    ends = []
-    for y in (low, high):
-        here, there = on_line(mine, level, y)
-        # Turned from the middle by less than a right angle where the cell is loud.
-        swing = jnp.arctan2(there * real - here * imaginary, here * real + there * imaginary)
-        ends.append((jnp.mod(jnp.arctan2(there, here) - y, 2 * jnp.pi), swing))
-    (begin, before), (end, after) = ends
-    passed = jnp.round((end - begin - (after - before) + (high - low)) / (2 * jnp.pi)).astype(int)
-    counted = loud & ~quiet & ~apart
-    place = jnp.clip(over.middle + turn, low, high)
-    return ~(quiet | apart | loud), jnp.where(counted, passed, 0), place, height
+
+    def term(mode: Loops) -> tuple[Array, ...]:
+        return *value_of_mode(mode, level, low), *value_of_mode(mode, level, high)
+
+    real, imaginary, other_real, other_imaginary = over_modes(term, mine, (level,) * 4)
+    begin, end = jnp.arctan2(imaginary, real) - low, jnp.arctan2(other_imaginary, other_real) - high
+    begin, end = jnp.mod(begin, 2 * jnp.pi), jnp.mod(end, 2 * jnp.pi)
+    swing = jnp.arctan2(
+        other_imaginary * real - other_real * imaginary, other_real * real + other_imaginary * imaginary
+    )
+    return (jnp.round((end - begin - swing + (high - low)) / (2 * jnp.pi)).astype(int),)

@@ -11,11 +11,15 @@ from lobex import _checks
 from lobex._pytree import pytree
 from lobex.characteristic.function import Contact, contact
 from lobex.characteristic.grid import Structure, rightmost_roots
+from lobex.characteristic.lanes import few
 from lobex.processes.feedback import ConstantFeedback
 from lobex.processes.process import Process, check_process
 from lobex.processes.system import DelaySystem
 
 Array = Any
+
+# Speeds at which the model is asked at the least.
+_SPEEDS = 32
 
 
 @pytree()
@@ -85,7 +89,8 @@ def contacts(process: Process, speeds: np.ndarray, largest: float) -> tuple[np.n
             to the gain up to ``largest``.
     """
     _check(process)
-    whole = jax.tree.map(np.asarray, _contacts(process, speeds, largest))
+    filled = np.resize(speeds, few(max(len(speeds), _SPEEDS)))
+    whole = jax.tree.map(lambda a: np.asarray(a)[: len(speeds)], _contacts(process, filled, largest))
     sound = np.logical_and.reduce([np.isfinite(a.reshape(len(a), -1)).all(axis=1) for a in jax.tree.leaves(whole)])
     structure, made, others = jax.tree.map(lambda a: a[sound], whole)
     _check_proportional(process, made, others, largest)

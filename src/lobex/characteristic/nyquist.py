@@ -13,10 +13,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from lobex.characteristic.cells import Cells, bounds, decide, first_cells
+from lobex.characteristic.cells import Bounds, Cells, bounds_of_mode, decide, first_cells, narrow, over_modes
 from lobex.characteristic.closed_loop import Loops
-from lobex.characteristic.lanes import in_batches, take
-from lobex.characteristic.line import on_line
+from lobex.characteristic.lanes import in_batches, on_device, take
 
 Array = Any
 
@@ -53,48 +52,61 @@ def places(feedback: Feedback, largest: float) -> tuple[Places, Array]:
     """The places with K up to ``largest``, and whether those of a lane are all known, (b,)."""
     lanes = len(feedback.present)
     found: list[tuple[Array, Array, Array]] = []
-    on_device = jax.tree.map(jnp.asarray, feedback)
+    there = on_device(feedback._replace(loops=feedback.loops.filled()))
     level = np.zeros(lanes)
 
     def look(cells: Cells) -> Array:
         index = np.full(len(cells.line), largest), *cells
-        split, crossed = in_batches(partial(_crossed, on_device), index)
+        split, crossed = in_batches(partial(_crossed, there), index)
         found.append(tuple(part[crossed] for part in cells))
         return split
 
-    with np.errstate(divide="ignore"):
-        least = -np.log(largest * (np.abs(feedback.present) + np.abs(feedback.delayed)))
+    least = 1 / (largest * (np.abs(feedback.present) + np.abs(feedback.delayed)))
     decided = decide(first_cells(feedback.loops, level, least), look, lanes)
     lane, low, high = map(np.concatenate, zip(*found, strict=True))
-    height, gain, rate, moved, good = in_batches(partial(_place, on_device), (lane, low, high))
+    height, gain, rate, moved, good = in_batches(partial(_place, there), (lane, low, high))
     decided[lane[~good]] = False
     kept = good & (gain <= largest)
     return Places(*(part[kept] for part in (lane, height, gain, rate, moved))), decided
 
 
-def _loop(feedback: Feedback, y: Array) -> tuple[Array, Array]:
-    """L and L′ at jy."""
-    upper, lower = 1 / (1j * y - feedback.loops.upper), 1 / (1j * y - feedback.loops.lower)
-    terms = (feedback.loops.first * 1j * y + feedback.loops.constant) * upper * lower
-    value = jnp.sum(terms, axis=0)
-    slope = jnp.sum(feedback.loops.first * upper * lower - terms * (upper + lower), axis=0)
+def _response_of_mode(mode: Loops, y: Array) -> tuple[Array, Array]:
+    """H and H′ at jy."""
+    upper, lower = 1 / (1j * y - mode.upper), 1 / (1j * y - mode.lower)
+    value = (mode.first * 1j * y + mode.constant) * upper * lower
+    return value, mode.first * upper * lower - value * (upper + lower)
+
+
+def _looped(feedback: Feedback, y: Array, response: Array, slope: Array) -> tuple[Array, Array]:
+    """L and L′ at jy from H and H′."""
     before = feedback.delayed * jnp.exp(-1j * y)
     whole = feedback.present + before
-    return -whole * value, before * value - whole * slope
+    return -whole * response, before * response - whole * slope
+
+
+def _loop(feedback: Feedback, y: Array) -> tuple[Array, Array]:
+    """L and L′ at jy."""
+    like = (y + 0j,) * 2
+    return _looped(feedback, y, *over_modes(partial(_response_of_mode, y=y), feedback.loops, like))
 
 
 @jax.jit
 def _crossed(feedback: Feedback, largest: Array, lane: Array, low: Array, high: Array) -> tuple[Array, Array]:
     """Whether to halve a cell, and, if not, whether the phase of −L passes 0 in it."""
     mine = take(feedback, lane)
-    over = bounds(mine.loops, jnp.zeros_like(low), low, high)
-    value, slope = _loop(mine, over.middle)
+    middle, half = (low + high) / 2, (high - low) / 2
+
+    def term(mode: Loops) -> tuple[Any, ...]:
+        return bounds_of_mode(mode, jnp.zeros_like(low), middle, half), *_response_of_mode(mode, middle)
+
+    over, *response = over_modes(term, mine.loops, (Bounds(low, low, low), low + 0j, low + 0j))
+    value, slope = _looped(mine, middle, *response)
     size = jnp.abs(value)
     delayed = jnp.abs(mine.delayed)
-    nearby = jnp.abs(mine.present + mine.delayed * jnp.exp(-1j * over.middle)) + delayed * over.half
+    nearby = jnp.abs(mine.present + mine.delayed * jnp.exp(-1j * middle)) + delayed * half
     steepest = delayed * over.value + nearby * over.slope
     bend = delayed * (over.value + 2 * over.slope) + nearby * over.bend
-    change = steepest * over.half
+    change = steepest * half
     quiet = jnp.minimum(nearby * over.value, size + change) * largest < 1
     share = change / size
     phase = jnp.angle(-value)
@@ -102,16 +114,16 @@ def _crossed(feedback: Feedback, largest: Array, lane: Array, low: Array, high: 
     # The phase changes as Re(L′/L), and that by no more than its derivative's bound.
     least = size - change
     turning = jnp.abs((slope / value).real)
-    one_way = (share < 0.5) & (turning > over.half * (bend / least + jnp.square(steepest / least)))
+    one_way = (share < 0.5) & (turning > half * (bend / least + jnp.square(steepest / least)))
     begin, end = (jnp.angle(-_loop(mine, y)[0]) for y in (low, high))
     crossed = ((begin > 0) != (end > 0)) & (jnp.abs(begin) + jnp.abs(end) < jnp.pi)
-    decided = quiet | apart | one_way | over.narrow
+    decided = quiet | apart | one_way | narrow(middle, half)
     return ~decided, decided & ~quiet & ~apart & crossed
 
 
 @jax.jit
 def _place(feedback: Feedback, lane: Array, low: Array, high: Array) -> tuple[Array, ...]:
-    """The zero of arg(−L) in a cell by Newton's method, bisecting where it leaves the bracket: y, K, rate, last step."""
+    """The zero of arg(−L) in a cell by Newton's method, bisecting where that leaves it: y, K, rate, last step."""
     mine = take(feedback, lane)
     rising = jnp.angle(-_loop(mine, high)[0]) > 0
 

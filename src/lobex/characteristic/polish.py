@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex.characteristic.function import Contact, response
-from lobex.characteristic.lanes import in_batches, take
+from lobex.characteristic.lanes import in_batches, on_device, take
 
 Array = Any
 
@@ -22,7 +22,7 @@ def polish(contact: Contact, lane: Array, gain: Array, root: Array) -> tuple[Arr
 
     What is a root at every gain, since the contact does not see it, is left as it is.
     """
-    better, error = in_batches(partial(_polish, contact), (lane, gain, root))
+    better, error = in_batches(partial(_polish, on_device(contact.filled())), (lane, gain, root))
     still = ~np.isfinite(better) | ~(np.abs(better - root) < 1e-6 * (1 + np.abs(root)))
     better = np.where(still, root, better)
     error = np.where(still, _ULPS * np.finfo(float).eps * _largest_pole(contact)[lane], error)

@@ -1,0 +1,138 @@
+"""Random rubs through the default of every verb, against a root count of the tests' own and the closed form.
+
+One to eight modes, damping from 1e-4 to 0.2, frequencies near each other and far, 0.1 to 300 waves of the fastest mode
+per delay, gains from 0.01 to 1e6 times the least limit, grids of up to 3 × 40 points.
+"""
+
+import warnings
+
+import numpy as np
+import pytest
+
+import lobex
+from root_count import Feedback, polished, roots_beyond
+
+# The count is taken this far to the right of the root: closer, the samples of the oracle become too many.
+_BESIDE = 1e-8
+_POINTS = 3
+
+
+def random_model(rng):
+    """Natural frequencies, damping ratios, mode shapes and speeds."""
+    count = int(rng.integers(1, 9))
+    scale = np.exp(rng.uniform(np.log(10), np.log(1e4)))
+    omega = np.exp(rng.uniform(np.log(10), np.log(1e4), count)) if rng.random() < 0.5 else scale
+    omega = np.sort(omega * (1 + 0.3 * rng.random(count)))
+    damping = np.exp(rng.uniform(np.log(1e-4), np.log(0.2), count))
+    shape = rng.normal(size=count) * 10 ** rng.uniform(-1, 2)
+    waves = np.exp(rng.uniform(np.log(0.1), np.log(300)))
+    speed = np.sort(omega[-1] / (2 * np.pi * waves) * np.exp(rng.uniform(-0.3, 0.3, int(rng.integers(1, 4)))))
+    return omega, damping, shape, speed
+
+
+def check(seed):
+    """One model: every multiplier is a root with none beyond it, and every limit is the closed form's."""
+    rng = np.random.default_rng(seed)
+    omega, damping, shape, speed = random_model(rng)
+    process = lobex.Rub(lobex.Modes(omega, damping, shape[:, None]))
+    with warnings.catch_warnings():
+        # That all speeds lie above the lobes of the first mode is said, and meant here.
+        warnings.filterwarnings("ignore", "every speed")
+        exact = np.asarray(lobex.exact_limit(process, speed).gain)
+        least = np.nanmin(exact) if np.isfinite(exact).any() else 2 * damping[0] * omega[0] ** 2 / np.max(shape**2)
+        reach = 1e6 if rng.random() < 0.3 else 100.0
+        gain = np.unique(least * np.exp(rng.uniform(np.log(0.01), np.log(reach), int(rng.integers(1, 41)))))
+        chart = lobex.sweep(process, speed, gain)
+        limit = lobex.critical_gain(process, speed, (least / 100, least * 100))
+    assert np.max(chart.error) < 1e-9
+    inside = np.where(exact < least * 100, exact, np.nan)
+    assert np.array_equal(np.isnan(limit.gain), np.isnan(inside))
+    found = np.isfinite(inside)
+    assert np.all(np.abs(limit.gain - inside)[found] <= 10 * limit.error[found] + 1e-13 * inside[found])
+    for i in range(len(speed)):
+        for j in rng.choice(len(gain), min(len(gain), _POINTS), replace=False):
+            function = Feedback(omega, damping, shape**2, 1 / speed[i], gain[j])
+            z = np.log(chart.spectral_radius[i, j]) + 2j * np.pi * chart.chatter_frequency[i, j] / speed[i]
+            root, last = polished(function, z)
+            assert last < 1e-9 * (1 + abs(z))
+            assert abs(root.real - z.real) <= 10 * chart.error[i, j]
+            assert roots_beyond(function, z.real + _BESIDE * (1 + abs(z))) == 0
+            assert roots_beyond(function, z.real - _BESIDE * (1 + abs(z))) > 0
+
+
+@pytest.mark.parametrize("first", range(0, 200, 40))
+def test_random_models(first):
+    for seed in range(first, first + 40):
+        check(seed)
+
+
+@pytest.mark.search
+@pytest.mark.parametrize("first", range(1000, 3000, 50))
+def test_many_random_models(first):
+    for seed in range(first, first + 50):
+        check(seed)
+
+
+@pytest.mark.parametrize(
+    ("modes", "speed", "gains", "right"),
+    [
+        (([1.0], [0.1], [1.0]), 0.01, [20.0, 100.0], {0: 16.9787}),
+        (([1.0], [0.1], [1.0]), 0.0086, [50.0, 100.0], {0: 26.9864}),
+        (([121.0], [0.069], [14.0]), 4.95, [8300.0, 45500.0], {0: 23.9099}),
+        (
+            (
+                [381.1964108680777, 682.5502390923795, 962.3356848588046],
+                [1.2559723989819302e-4] * 3,
+                [219.963738, -124.415273, -16.168792],
+            ),
+            9.717612221279383,
+            [79.08308, 299.8784607535205, 586.12408],
+            # 48.55721959791245 in 30 digits.
+            {1: 48.5572195979},
+        ),
+        (([1.0], [0.03], [1.0]), 0.0086, [10.0, 20.0, 50.0, 60.0], {0: 24.928, 2: 52.343}),
+        (([1.0], [0.001], [1.0]), 0.0086, [50.0, 100.0], {0: 81.52}),
+        (([1480.0], [0.03], [135.0]), 2.94, [0.146, 182.0, 361.0], {1: 13.536, 2: 20.585}),
+    ],
+)
+def test_grids_that_lost_a_root_between_their_gains(modes, speed, gains, right):
+    omega, damping, shape = map(np.array, modes)
+    chart = lobex.sweep(lobex.Rub(lobex.Modes(omega, damping, shape[:, None])), [speed], gains)
+    for column, value in right.items():
+        assert chart.spectral_radius[0, column] == pytest.approx(value, rel=3e-5)
+    assert np.max(chart.error) < 1e-11
+
+
+@pytest.mark.parametrize(("waves", "right"), [(95, 6.48132), (100, 6.56927), (120, 6.65397), (1000, 7.13468)])
+def test_the_rod_far_below_its_lobes(waves, right):
+    rub = lobex.Rub(lobex.Rod(elements=5).modes(damping_ratio=0.03))
+    chart = lobex.sweep(rub, [rub.modes.frequency[0] / waves], [4.5e4, 4.5e6])
+    assert chart.spectral_radius[0, 1] == pytest.approx(right, rel=1e-6)
+    # The bound that the multipliers approach as the delay grows: the peak of |H(jω)|, H = K G/(1 + K G).
+    assert chart.spectral_radius[0, 1] < 7.207
+
+
+@pytest.mark.parametrize(
+    ("omega", "damping", "speed", "gain"),
+    [([1.0], 0.2, 0.00025, 1.0), ([377.0, 17176.0], 0.05, 0.9254, 3.77), ([628.3, 12566.4], 0.03, 0.5, 1.0)],
+)
+def test_modes_that_die_out_many_times_within_a_delay(omega, damping, speed, gain):
+    omega = np.array(omega)
+    chart = lobex.sweep(
+        lobex.Rub(lobex.Modes(omega, np.full(len(omega), damping), np.ones((len(omega), 1)))), [speed], [gain]
+    )
+    function = Feedback(omega, np.full(len(omega), damping), np.ones(len(omega)), 1 / speed, gain)
+    level = np.log(chart.spectral_radius[0, 0])
+    assert roots_beyond(function, level + 1e-6) == 0
+    assert roots_beyond(function, level - 1e-6) > 0
+
+
+def test_a_limit_beside_a_mode_that_dies_out_within_a_delay():
+    omega, damping = np.array([4400.0, 12000.0, 14000.0, 15000.0]), np.array([0.001, 0.00043, 0.15, 0.0034])
+    process = lobex.Rub(lobex.Modes(omega, damping, np.array([[1.1], [-2.5], [-0.71], [-1.5]])))
+    limit = lobex.critical_gain(process, 1.27, (20.8, 62301.0))
+    assert limit.gain[0] == pytest.approx(20767.105, rel=1e-7)
+    assert limit.gain[0] == pytest.approx(lobex.exact_limit(process, 1.27).gain[0], rel=1e-12)
+    chart = lobex.sweep(process, [1.27], limit.gain[0] * np.array([0.5, 0.99, 1.0, 1.01, 3.0]))
+    assert np.array_equal(chart.spectral_radius[0] > 1, [False, False, chart.spectral_radius[0, 2] > 1, True, True])
+    assert chart.spectral_radius[0, 2] == pytest.approx(1.0, abs=1e-10)
