@@ -14,6 +14,7 @@ from lobex.characteristic.lanes import with_modes
 Array = Any
 
 _NEARBY = 1e-10
+# Where poles that are none lie, out of the way.
 _FAR = 1e9
 
 
@@ -83,8 +84,8 @@ def close(drift: Array, inputs: Array, outputs: Array, present: Array, delayed: 
     upper, at_upper = np.take_along_axis(poles, place, axis=1), np.take_along_axis(residue, place, axis=1)
     lower = np.where(oscillating, upper.conj(), np.take_along_axis(poles, partner, axis=1))
     at_lower = np.where(oscillating, at_upper.conj(), np.take_along_axis(residue, partner, axis=1))
-    # A real pole left over gets a partner that the numerator takes away again, out of the way.
-    lower = np.where(alone, upper - 1 - np.abs(upper), lower)
+    # A real pole left over gets a partner that the numerator takes away again.
+    lower = np.where(alone, -_FAR, lower)
     at_lower = np.where(alone, 0.0, at_lower)
     first, constant = (at_upper + at_lower).real, -(at_upper * lower + at_lower * upper).real
     return Loops(*(np.ascontiguousarray(a.T) for a in (first, constant, upper, lower)))
