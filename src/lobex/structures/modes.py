@@ -17,28 +17,36 @@ Array = Any
 
 @pytree()
 class Modes:
-    """Vibration modes with modal damping: ü + 2ξω u̇ + ω² u = φᵀ F, displacement at the contact y = Σ φ u.
+    """Vibration modes with modal damping: ü + 2ξω u̇ + ω² u = ψᵀ F, displacement at the contact y = Σ φ u.
+
+    Displacement and force may have directions of their own, such as the surface normal and the direction of the
+    cutting force: then ψ is not φ, and the residues φψ may have either sign.
 
     Attributes:
         angular_frequency: angular natural frequencies ω, shape (n,), rad/s.
         damping_ratio: modal damping ratios ξ, shape (n,).
         shape: mass-normalised mode shapes φ at the contact, shape (n, r), 1/√kg; r is the number of
             displacement directions that the contact acts on.
+        force_shape: ψ, how a unit contact force loads each mode, shape (n, r), 1/√kg; None where it is ``shape``.
 
     Raises:
-        ValueError: for values that are not finite, frequencies not above zero, damping below zero, or
+        ValueError: for values that are complex or not finite, frequencies not above zero, damping below zero, or
             lengths that do not agree.
     """
 
     angular_frequency: Array
     damping_ratio: Array
     shape: Array
+    # None and not a copy: gradients and sensitivities to the one shape are those of both its parts together.
+    force_shape: Array | None = None
 
     def __post_init__(self) -> None:
         _checks.positive("angular_frequency", self.angular_frequency, "rad/s")
         _checks.not_negative("damping_ratio", self.damping_ratio)
-        _checks.as_numbers("shape", self.shape, "1/√kg")
-        for name in ("angular_frequency", "damping_ratio", "shape"):
+        _checks.as_numbers("shape", self.shape, "1/√kg, and force_shape for residues of another sign")
+        if self.force_shape is not None:
+            _checks.as_numbers("force_shape", self.force_shape, "1/√kg")
+        for name in ("angular_frequency", "damping_ratio", "shape", "force_shape"):
             # JAX takes a list for a tree of numbers.
             if isinstance(getattr(self, name), list | tuple):
                 object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=float))
@@ -51,6 +59,13 @@ class Modes:
             )
         if len(np.shape(self.shape)) != 2 or np.shape(self.shape)[0] != count[0]:
             raise ValueError(f"shape has shape {np.shape(self.shape)}; give ({count[0]}, directions)")
+        if np.shape(self.loading) != np.shape(self.shape):
+            raise ValueError(f"force_shape has shape {np.shape(self.loading)}; give that of shape, {self.shape.shape}")
+
+    @property
+    def loading(self) -> Array:
+        """ψ, how a unit contact force loads each mode, shape (n, r), 1/√kg: ``force_shape`` or, without, ``shape``."""
+        return self.shape if self.force_shape is None else self.force_shape
 
     @property
     def count(self) -> int:
@@ -118,7 +133,7 @@ class Modes:
     def select(self, keep: Sequence[int]) -> "Modes":
         """The modes of the given numbers, counted from 1."""
         index = keep_modes(keep, self.count)
-        return Modes(self.angular_frequency[index], self.damping_ratio[index], self.shape[index])
+        return jax.tree.map(lambda leaf: leaf[index], self)
 
 
 def check_modes(modes: Any, measured: bool = False) -> None:
@@ -150,12 +165,16 @@ def _single(frequency: Any, damping_ratio: Any, mass: Any) -> tuple[Array, Array
 
 
 @in_float64
-def _plane(x: Modes, y: Modes) -> tuple[Array, Array, Array]:
-    shape = jax.scipy.linalg.block_diag(jnp.asarray(x.shape), jnp.asarray(y.shape))
+def _plane(x: Modes, y: Modes) -> tuple[Array, Array, Array, Array | None]:
+    def beside(one: Any, other: Any) -> Array:
+        return jax.scipy.linalg.block_diag(jnp.asarray(one), jnp.asarray(other))
+
+    same = x.force_shape is None and y.force_shape is None
     return (
         jnp.concatenate([x.angular_frequency, y.angular_frequency]),
         jnp.concatenate([x.damping_ratio, y.damping_ratio]),
-        shape,
+        beside(x.shape, y.shape),
+        None if same else beside(x.loading, y.loading),
     )
 
 
