@@ -10,7 +10,9 @@ import numpy as np
 from lobex import _checks
 from lobex._float64 import in_float64
 from lobex._pytree import pytree
+from lobex.structures.damping import proportional_damping
 from lobex.structures.eigenproblem import keep_modes, vibration_modes
+from lobex.structures.matrices import is_sparse, whole
 
 Array = Any
 
@@ -106,10 +108,17 @@ class Modes:
         mass: Any,
         stiffness: Any,
         contact: Any,
-        damping_ratio: Any,
+        damping_ratio: Any = None,
         keep: Sequence[int] | None = None,
+        *,
+        damping: Any = None,
+        force: Any = None,
+        triangle: str | None = None,
+        condense: bool = False,
     ) -> "Modes":
         """Modes of any finite-element model K v = ω² M v.
+
+        Degrees of freedom that a large number on the diagonal of K holds, such as the 1e36 of Abaqus, are fixed.
 
         Args:
             mass: symmetric positive definite M, (dof, dof), dense or scipy sparse.
@@ -118,17 +127,37 @@ class Modes:
             damping_ratio: ξ, one number or one per mode kept.
             keep: mode numbers to keep, counted from 1 in order of frequency; all by default. Sparse
                 matrices with ``keep`` are solved for the lowest modes alone.
+            damping: in place of ``damping_ratio``, a symmetric matrix C, (dof, dof), N s/m, that the modes
+                diagonalise, such as αM + βK.
+            force: the unit contact force as a combination of the degrees of freedom, of the shape of ``contact``,
+                where it acts in another direction than the displacement is taken in.
+            triangle: "lower" or "upper" for matrices of which that triangle alone is stored.
+            condense: take degrees of freedom without mass, such as rotations of a lumped model, by static (Guyan)
+                condensation, which is exact for them.
 
         Raises:
-            ValueError: naming the matrix that has a wrong shape, is not symmetric, or is singular.
+            ValueError: naming the matrix that has a wrong shape, is not symmetric, or is singular, and for
+                damping that couples modes.
         """
-        angular_frequency, vectors = vibration_modes(mass, stiffness, keep)
-        dof = np.shape(vectors)[0]
+        if (damping_ratio is None) == (damping is None):
+            raise ValueError("give either damping_ratio or damping, a matrix")
+        given = {"mass": mass, "stiffness": stiffness} | ({} if damping is None else {"damping": damping})
+        mass, stiffness, *matrix = (whole(name, value, triangle) for name, value in given.items())
+        dof = (mass.shape if is_sparse(mass) else np.shape(mass))[0]
         _checks.as_numbers("contact", contact)
         if len(np.shape(contact)) not in (1, 2) or np.shape(contact)[0] != dof:
             raise ValueError(f"contact has shape {np.shape(contact)}; give ({dof},) or ({dof}, directions)")
-        ratio = modal_damping(damping_ratio, np.shape(vectors)[1])
-        return cls(angular_frequency, ratio, _seen_at(vectors, contact))
+        if force is not None:
+            _checks.as_numbers("force", force)
+            if np.shape(force) != np.shape(contact):
+                raise ValueError(f"force has shape {np.shape(force)}; give that of contact, {np.shape(contact)}")
+        angular_frequency, vectors = vibration_modes(mass, stiffness, keep, condense)
+        if matrix:
+            ratio = proportional_damping(matrix[0], mass, stiffness, angular_frequency, vectors)
+        else:
+            ratio = modal_damping(damping_ratio, np.shape(vectors)[1])
+        loading = None if force is None else _seen_at(vectors, force)
+        return cls(angular_frequency, ratio, _seen_at(vectors, contact), loading)
 
     def select(self, keep: Sequence[int]) -> "Modes":
         """The modes of the given numbers, counted from 1."""
