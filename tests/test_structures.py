@@ -270,6 +270,21 @@ def test_a_force_in_another_direction_than_the_displacement():
     assert (modes.shape * modes.force_shape)[:, 0] == pytest.approx(expected, rel=1e-7)
 
 
+def test_gradients_flow_past_a_penalty():
+    stiffness = np.tril(STIFFNESS) + np.diag(np.r_[1e36, 1e36, np.zeros(20)])
+    with jax.enable_x64(True):
+
+        def first(share):
+            matrices = MASS, share * jnp.asarray(stiffness)
+            options = {"keep": (1, 2), "damping": 1e-5 * matrices[1], "triangle": "lower"}
+            modes = lobex.Modes.from_matrices(*matrices, TIP, **options)
+            return modes.angular_frequency[0], modes.damping_ratio[0]
+
+        slopes = jax.jit(jax.jacfwd(first))(1.0)
+    # ω ~ √K, and ξ = βω/2 with βK for a damping matrix.
+    assert [float(slope) for slope in slopes] == pytest.approx([OWN[0] / 2, 0.25e-5 * OWN[0]], rel=1e-9)
+
+
 def test_free_structures_are_refused():
     for mass, stiffness in ((MASS, STIFFNESS), (MASS[:-1, :-1], STIFFNESS[:-1, :-1])):
         contact = np.eye(len(mass))[-2]

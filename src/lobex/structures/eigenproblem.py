@@ -44,8 +44,10 @@ def vibration_modes(
     _check_definite(mass, condense)
     inverse, vectors = _symmetric_pencil(mass, stiffness)
     inverse, vectors = _resolved(mass, stiffness, inverse, vectors)
+    # What is not kept may be rounding, which would spoil derivatives.
     index = slice(None) if keep is None else keep_modes(keep, np.shape(inverse)[0])
-    return inverse[index] ** -0.5, vectors[:, index]
+    slowness = inverse[index] ** 0.5
+    return 1 / slowness, vectors[:, index] / slowness
 
 
 def keep_modes(keep: Sequence[int], available: int) -> np.ndarray:
@@ -62,7 +64,7 @@ def keep_modes(keep: Sequence[int], available: int) -> np.ndarray:
 
 @in_float64
 def _symmetric_pencil(mass: Any, stiffness: Any) -> tuple[Array, Array]:
-    """1/ω², largest first, and mass-normalised vectors.
+    """1/ω², largest first, and vectors with vᵀKv = 1.
 
     The problem is M v = ω⁻² K v, with K = L Lᵀ symmetric in Lᵀ v: its error is small beside the largest ω⁻², so
     that no stiff part of the model costs the first modes their digits. (With M factored, a penalty of 1e8 times the
@@ -73,8 +75,7 @@ def _symmetric_pencil(mass: Any, stiffness: Any) -> tuple[Array, Array]:
     half = jax.scipy.linalg.solve_triangular(factor, jnp.asarray(mass, dtype=dtype), lower=True)
     reduced = jax.scipy.linalg.solve_triangular(factor, half.T, lower=True)
     inverse, rotated = jnp.linalg.eigh((reduced + reduced.T) / 2)
-    inverse, vectors = inverse[::-1], jax.scipy.linalg.solve_triangular(factor.T, rotated[:, ::-1], lower=False)
-    return inverse, vectors / jnp.sqrt(inverse)
+    return inverse[::-1], jax.scipy.linalg.solve_triangular(factor.T, rotated[:, ::-1], lower=False)
 
 
 def _resolved(mass: Any, stiffness: Any, inverse: Array, vectors: Array) -> tuple[Array, Array]:
@@ -104,7 +105,7 @@ def _lowest_modes(mass: Any, stiffness: Any, keep: Sequence[int]) -> tuple[Array
     start = factors.solve(mass @ np.random.default_rng(0).standard_normal(dof))
     squared, vectors = eigsh(stiffness, wanted, mass, sigma=0.0, v0=start, ncv=ncv, OPinv=solve)
     order = np.argsort(squared)
-    _check_clamped(mass.diagonal(), stiffness.diagonal(), 1 / squared[order[0]])
+    _check_clamped(mass.diagonal(), stiffness.diagonal(), float(1 / squared[order[0]]))
     squared, vectors = squared[order][index], vectors[:, order][:, index]
     # A step of the inverse iteration, after which what has no mass follows the rest exactly.
     vectors = factors.solve(mass @ vectors) * squared
@@ -115,7 +116,7 @@ def _lowest_modes(mass: Any, stiffness: Any, keep: Sequence[int]) -> tuple[Array
 
 def _check_clamped(mass: np.ndarray, stiffness: np.ndarray, inverse: float) -> None:
     """Require that the first 1/ω² is not that of a stiffness of mere rounding, beside the softest degree of freedom."""
-    softest = np.min(stiffness[mass > 0] / mass[mass > 0])
+    softest = np.min(np.asarray(stiffness, dtype=float)[mass > 0] / mass[mass > 0])
     if not 0 < inverse * softest < _FREE / np.finfo(float).eps:
         raise ValueError("stiffness is singular or indefinite; clamp rigid-body motion")
 

@@ -53,7 +53,7 @@ def check_symmetric(name: str, matrix: Any) -> None:
         return
     numbers = matrix.tocsr() if is_sparse(matrix) else np.asarray(matrix, dtype=float)
     scale = np.sqrt(np.abs(numbers.diagonal()))
-    difference = numbers - numbers.T
+    difference: Any = numbers - numbers.T
     if is_sparse(matrix):
         difference = difference.tocoo()
         row, column, size = difference.row, difference.col, np.abs(difference.data)
