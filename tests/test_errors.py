@@ -1,5 +1,6 @@
 """Bad input to processes, methods and verbs: one line that names argument, value and remedy."""
 
+import jax
 import numpy as np
 import pytest
 
@@ -46,7 +47,7 @@ def mill(**changes):
         (lambda: lobex.spectral_radius(ROD, [50.0, np.inf], 1e5), "speed = [50, inf]"),
         (lambda: lobex.spectral_radius(ROD, "fast", 1e5), "speed = 'fast'"),
         (lambda: lobex.spectral_radius(ROD, [[50.0, 60.0], [70.0]], 1e5), "speed = [[50.0"),
-        (lambda: lobex.spectral_radius(ROD, 85 + 1j, 1e5), "speed = (85+1j)"),
+        (lambda: lobex.spectral_radius(ROD, 85 + 1j, 1e5), "speed = 85+1j is complex"),
         (lambda: lobex.exact_limit(ROD, "fast"), "speed = 'fast'"),
         (lambda: lobex.critical_gain(ROD, 85.0, ("a", "b")), "gain = ('a', 'b')"),
         (lambda: lobex.spectral_radius(ROD, 50.0, -1.0), "gain = -1"),
@@ -87,3 +88,51 @@ def test_three_contact_directions_cannot_mill():
     modes = lobex.Modes([10.0], [0.1], [[1.0, 1.0, 1.0]])
     with pytest.raises(ValueError, match="3 contact directions"):
         lobex.Milling(modes, teeth=2, tangential=1e8, normal=1e8, radial_immersion=0.5)
+
+
+ROD_MODES = ROD.modes
+MATRICES = lobex.Rod(3).matrices()[:2]
+SOUND = {
+    lobex.Modes: {"angular_frequency": [9.0], "damping_ratio": [0.1], "shape": [[1.0]], "force_shape": [[1.0]]},
+    lobex.Modes.single: {"frequency": 1.0, "damping_ratio": 0.1, "mass": 1.0},
+    lobex.Modes.from_matrices: dict(zip(("mass", "stiffness"), MATRICES, strict=True))
+    | {"contact": [0.0, 0.0, 1.0], "damping_ratio": 0.1},
+    lobex.Rod: {"young_modulus": 1.0, "density": 1.0, "length": 1.0, "area": 1.0},
+    lobex.Rod(2).modes: {"damping_ratio": 0.1},
+    lobex.Receptance: {"frequency": [1.0, 2.0, 3.0, 4.0], "response": -1j * np.ones(4)},
+    lobex.Turning: {"modes": ROD_MODES, "radial": 1e8},
+    lobex.Milling: {"modes": ROD_MODES, "teeth": 2, "tangential": 1e8, "normal": 1e8, "radial_immersion": 0.5},
+    lobex.DelayedMathieu: {"delta": 1.0, "epsilon": 0.1, "damping": 0.1},
+    lobex.Scalar: {"a": 1.0},
+    lobex.Casing: {"amplitude": 1e-4, "clearance": 0.0, "radius": 0.5, "axial_width": 0.01},
+    lobex.Linear: {"stiffness": 1.0},
+    lobex.Plastic: {"stiffness": 1.0, "yield_force": 1.0, "hardening": 1.0},
+    lobex.spectral_radius: {"process": ROD, "speed": [50.0], "gain": [1e5]},
+    lobex.sweep: {"process": ROD, "speed": [50.0, 60.0], "gain": GOOD},
+    lobex.exact_limit: {"process": ROD, "speed": [50.0]},
+    lobex.critical_gain: {"process": ROD, "speed": [50.0], "bounds": GOOD},
+    lobex.sensitivities: {"process": ROD, "speed": [50.0]},
+    lobex.march_delay: {"process": ROD, "speed": 50.0, "gain": 1e5, "history": np.cos, "periods": 9}
+    | {"steps_per_period": 900, "state": np.zeros(10)},
+    lobex.growing_history: {"rod": lobex.Rod(2), "speed": 50.0, "tip": 1e-7, "rate": 500.0},
+    lobex.simulate_turning: {"modes": ROD_MODES, "law": lobex.Linear(1e8), "speed": 50.0, "depth": 1e-4}
+    | {"feed": 1e-4, "revolutions": 2, "steps_per_revolution": 900},
+    lobex.march_wear: {"modes": ROD_MODES, "casing": lobex.Casing(), "law": lobex.Linear(1e6), "speed": [50.0]}
+    | {"revolutions": 1, "steps_per_revolution": 128},
+}
+OTHER = {"response", "modes", "process", "rod", "law", "casing", "history", "teeth", "periods", "revolutions"}
+OTHER |= {"steps_per_period", "steps_per_revolution"}
+REAL = [(call, name) for call, sound in SOUND.items() for name in sound if name not in OTHER]
+
+
+@pytest.mark.parametrize(("call", "name"), REAL, ids=[f"{call.__qualname__}-{name}" for call, name in REAL])
+def test_a_complex_number_is_refused_and_not_cut_to_its_real_part(call, name):
+    for turn in (np.exp(0.1j), 1 + 0j):
+        with pytest.raises(ValueError, match=r"complex; give real numbers") as error:
+            call(**{**SOUND[call], name: np.asarray(SOUND[call][name]) * turn})
+        assert "\n" not in str(error.value)
+
+
+def test_a_complex_number_is_refused_where_jax_traces_it():
+    with pytest.raises(ValueError, match="shape is complex"):
+        jax.eval_shape(lambda shape: lobex.Modes(np.ones(1), np.ones(1), shape), np.ones((1, 1), complex))

@@ -143,3 +143,175 @@ def test_modes_made_of_lists_are_arrays() -> None:
     made = lobex.Modes(np.array([900.0, 3000.0]), np.array([0.01, 0.02]), np.array([[1.0], [0.5]]))
     radius = [float(lobex.spectral_radius(lobex.Rub(modes), 100.0, 1e5)) for modes in (listed, made)]
     assert radius[0] == radius[1]
+
+
+# --- matrices as finite-element programs write them
+
+
+def beam(elements, lumped=False):
+    """A free Euler-Bernoulli beam, translation and rotation node by node: (mass, stiffness), N, kg, m."""
+    length, modulus, density, width = 0.3 / elements, 210e9, 7800.0, 0.02
+    bending, mass_per_length = modulus * width**4 / 12, density * width**2
+    a, b, c, d = 12.0, 6 * length, 4 * length**2, 2 * length**2
+    element = np.array([[a, b, -a, b], [b, c, -b, d], [-a, -b, a, -b], [b, d, -b, c]]) * bending / length**3
+    a, b, c, d, e, f = 156.0, 22 * length, 54.0, 13 * length, 4 * length**2, 3 * length**2
+    inertia = np.array([[a, b, c, -d], [b, e, d, -f], [c, d, a, -b], [-d, -f, -b, e]]) * mass_per_length * length / 420
+    if lumped:
+        inertia = np.diag([0.5, 0.0, 0.5, 0.0]) * mass_per_length * length
+    mass, stiffness = np.zeros((2, 2 * elements + 2, 2 * elements + 2))
+    for first in range(0, 2 * elements, 2):
+        part = slice(first, first + 4)
+        mass[part, part] += inertia
+        stiffness[part, part] += element
+    return mass, stiffness
+
+
+def reference(mass, stiffness):
+    """ω and mass-normalised vectors by scipy, from K⁻¹M: the first ones keep all their digits."""
+    inverse, vectors = scipy.linalg.eigh(mass, stiffness)
+    return inverse[::-1] ** -0.5, vectors[:, ::-1] / np.sqrt(inverse[::-1])
+
+
+MASS, STIFFNESS = beam(10)
+TIP = np.eye(22)[-2]
+CLAMPED = np.arange(2, 22)
+OWN, VECTORS = reference(*(matrix[2:, 2:] for matrix in (MASS, STIFFNESS)))
+FORMS = pytest.mark.parametrize("form", [np.asarray, scipy.sparse.csr_array], ids=["dense", "sparse"])
+
+
+def test_the_reference_is_the_cantilever_of_the_books():
+    bar = 1.8751040687119611**2 / 0.3**2 * np.sqrt(210e9 * 0.02**2 / 12 / 7800)
+    assert OWN[0] == pytest.approx(bar, rel=1e-6)
+
+
+@FORMS
+@pytest.mark.parametrize("keep", [None, (1, 2, 4)])
+@pytest.mark.parametrize("penalty", ["Abaqus", 1e8, 1e12, 1e17])
+def test_a_penalty_fixes_degrees_of_freedom_and_costs_the_others_nothing(form, keep, penalty):
+    stiffness = STIFFNESS.copy()
+    stiffness[[0, 1], [0, 1]] = 1e36 if penalty == "Abaqus" else penalty * STIFFNESS.max()
+    modes = lobex.Modes.from_matrices(form(MASS), form(stiffness), TIP, 0.02, keep)
+    kept = np.arange(4) if keep is None else np.array(keep) - 1
+    # A penalty of 1e8 gives way by its own share.
+    assert modes.angular_frequency[: len(kept)] == pytest.approx(OWN[kept], rel=2e-8 if penalty == 1e8 else 1e-9)
+    assert np.abs(modes.shape[: len(kept), 0]) == pytest.approx(np.abs(VECTORS[-2, kept]), rel=1e-7)
+    if penalty == "Abaqus" and keep is None:
+        assert modes.count == 20
+
+
+@FORMS
+@pytest.mark.parametrize("triangle", ["lower", "upper"])
+def test_one_triangle_is_taken_by_symmetry_when_told(form, triangle):
+    part = np.tril if triangle == "lower" else np.triu
+    stiffness = STIFFNESS + np.diag(np.r_[1e36, 1e36, np.zeros(20)])
+    stored = [form(part(matrix)) for matrix in (MASS, stiffness, 1e-5 * STIFFNESS + 2 * MASS)]
+    options = {"contact": TIP, "keep": (1, 2)}
+    modes = lobex.Modes.from_matrices(*stored[:2], **options, damping=stored[2], triangle=triangle)
+    assert modes.angular_frequency == pytest.approx(OWN[:2], rel=1e-9)
+    assert modes.damping_ratio == pytest.approx(1 / OWN[:2] + 0.5e-5 * OWN[:2], rel=1e-9)
+    for given in ((stored[0], stiffness), (MASS, stored[1])):
+        with pytest.raises(ValueError, match=f"only its {triangle} triangle is stored: give triangle='{triangle}'"):
+            lobex.Modes.from_matrices(*given, **options, damping_ratio=0.01)
+    other = "upper" if triangle == "lower" else "lower"
+    with pytest.raises(ValueError, match="mass is not symmetric"):
+        lobex.Modes.from_matrices(*stored[:2], **options, damping_ratio=0.01, triangle=other)
+
+
+@FORMS
+@pytest.mark.parametrize("keep", [None, (1, 3)])
+def test_rotations_without_mass_follow_statically(form, keep):
+    mass, stiffness = (matrix[2:, 2:] for matrix in beam(10, lumped=True))
+    moving, massless = np.arange(0, 20, 2), np.arange(1, 20, 2)
+    follow = -np.linalg.solve(stiffness[np.ix_(massless, massless)], stiffness[np.ix_(massless, moving)])
+    condensed = stiffness[np.ix_(moving, moving)] + stiffness[np.ix_(moving, massless)] @ follow
+    own, vectors = reference(mass[np.ix_(moving, moving)], condensed)
+    kept = np.arange(10) if keep is None else np.array(keep) - 1
+    seen = np.eye(20)[:, [-2, -1]]
+    with pytest.raises(ValueError, match="10 of 20 degrees of freedom have none; give condense=True for static"):
+        lobex.Modes.from_matrices(form(mass), form(stiffness), seen, 0.02, keep)
+    modes = lobex.Modes.from_matrices(form(mass), form(stiffness), seen, 0.02, keep, condense=True)
+    assert modes.angular_frequency == pytest.approx(own[kept], rel=1e-9)
+    expected = np.stack([vectors[-1], (follow @ vectors)[-1]], axis=1)[kept]
+    assert modes.shape * np.sign(modes.shape[:, :1]) == pytest.approx(expected * np.sign(expected[:, :1]), rel=1e-7)
+
+
+@FORMS
+def test_proportional_damping_becomes_modal(form):
+    ratio = np.linspace(0.01, 0.06, 6)
+    mass, stiffness, damping = lobex.Rod(6).matrices(ratio)
+    tip = np.eye(6)[-1]
+    modes = lobex.Modes.from_matrices(form(mass), form(stiffness), tip, damping=form(damping))
+    assert modes.damping_ratio == pytest.approx(ratio, rel=1e-9)
+    kept = lobex.Modes.from_matrices(form(mass), form(stiffness), tip, damping=form(damping), keep=[2, 5])
+    assert kept.damping_ratio == pytest.approx(ratio[[1, 4]], rel=1e-9)
+    # A mode without damping, beside one with.
+    own, vectors = reference(mass, stiffness)
+    one = np.outer(mass @ vectors[:, 3], mass @ vectors[:, 3])
+    modes = lobex.Modes.from_matrices(form(mass), form(stiffness), tip, damping=form(one))
+    assert modes.damping_ratio == pytest.approx(np.eye(6)[3] / (2 * own), abs=1e-15)
+
+
+@FORMS
+@pytest.mark.parametrize("keep", [None, (1,)])
+def test_damping_that_couples_modes_is_refused_with_what_would_be_lost(form, keep):
+    mass, stiffness = np.diag([2.0, 2.0]), 1e6 * np.array([[3.0, -1.0], [-1.0, 3.0]])
+    damper = np.diag([0.0, 8.0])
+    # The modes are (1, ±1)/2: each gets half of the damper's force, and the other half belongs to the other.
+    with pytest.raises(ValueError, match=r"damping is not proportional: .* lose 70\.7 % of the force") as error:
+        lobex.Modes.from_matrices(form(mass), form(stiffness), np.eye(2)[1], damping=form(damper), keep=keep)
+    assert "\n" not in str(error.value)
+
+
+def test_a_force_in_another_direction_than_the_displacement():
+    force = np.eye(22)[[-2, -1]].T @ [0.6, 0.8]
+    fixed = [MASS, STIFFNESS + np.diag(np.r_[1e36, 1e36, np.zeros(20)])]
+    modes = lobex.Modes.from_matrices(*fixed, TIP, 0.02, (1, 2, 3), force=force)
+    expected = VECTORS[-2, :3] * (0.6 * VECTORS[-2, :3] + 0.8 * VECTORS[-1, :3])
+    assert (modes.shape * modes.force_shape)[:, 0] == pytest.approx(expected, rel=1e-7)
+
+
+def test_gradients_flow_past_a_penalty():
+    stiffness = np.tril(STIFFNESS) + np.diag(np.r_[1e36, 1e36, np.zeros(20)])
+    with jax.enable_x64(True):
+
+        def first(share):
+            matrices = MASS, share * jnp.asarray(stiffness)
+            options = {"keep": (1, 2), "damping": 1e-5 * matrices[1], "triangle": "lower"}
+            modes = lobex.Modes.from_matrices(*matrices, TIP, **options)
+            return modes.angular_frequency[0], modes.damping_ratio[0]
+
+        slopes = jax.jit(jax.jacfwd(first))(1.0)
+    # ω ~ √K, and ξ = βω/2 with βK for a damping matrix.
+    assert [float(slope) for slope in slopes] == pytest.approx([OWN[0] / 2, 0.25e-5 * OWN[0]], rel=1e-9)
+
+
+def test_free_structures_are_refused():
+    for mass, stiffness in ((MASS, STIFFNESS), (MASS[:-1, :-1], STIFFNESS[:-1, :-1])):
+        contact = np.eye(len(mass))[-2]
+        for form in (np.asarray, scipy.sparse.csr_array):
+            with pytest.raises(ValueError, match=r"stiffness is singular.*; clamp rigid-body motion"):
+                lobex.Modes.from_matrices(form(mass), form(stiffness), contact, 0.02, keep=[1, 2])
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({}, "give either damping_ratio or damping"),
+        ({"damping_ratio": 0.1, "damping": np.eye(3)}, "give either damping_ratio or damping"),
+        ({"damping": np.eye(2)}, "damping has shape (2, 2) and mass (3, 3)"),
+        ({"damping": np.triu(np.ones((3, 3)))}, "damping is not symmetric, by up to 1; only its upper triangle"),
+        ({"damping": -np.eye(3)}, "damping (in the modes)"),
+        ({"damping_ratio": 0.1, "force": np.eye(3)}, "force has shape (3, 3); give that of contact, (3,)"),
+        ({"damping_ratio": 0.1, "triangle": "left"}, "triangle = 'left'"),
+        ({"damping_ratio": 0.1, "mass": np.diag([1.0, 1.0, -1.0])}, "mass is singular or indefinite"),
+        ({"damping_ratio": 0.1, "mass": np.diag([1.0, 1.0, -1.0]), "condense": True}, "mass is singular or indefinite"),
+        ({"damping_ratio": 0.1, "mass": 5.0}, "mass has shape ()"),
+        ({"damping_ratio": 0.1, "stiffness": np.diag([1.0, 1.0, -1.0])}, "stiffness is singular or indefinite"),
+    ],
+)
+def test_matrices_are_refused_in_one_line(options, words):
+    sound = {"mass": np.eye(3), "stiffness": np.diag([1.0, 2.0, 3.0]), "contact": np.eye(3)[0]}
+    with pytest.raises(ValueError) as error:
+        lobex.Modes.from_matrices(**{**sound, **options})
+    assert words in str(error.value)
+    assert "\n" not in str(error.value)

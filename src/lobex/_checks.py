@@ -4,7 +4,7 @@ Values that JAX traces cannot be looked at and pass unchecked. Nothing here impo
 command can refuse bad input before the slow import.
 """
 
-import math
+import cmath
 import os
 import sys
 from collections.abc import Sequence
@@ -21,7 +21,11 @@ def is_traced(value: Any) -> bool:
 
 
 def as_numbers(name: str, value: Any, unit: str = "") -> np.ndarray | None:
-    """``value`` as a float array of finite numbers, or None where it is traced."""
+    """``value`` as a float array of finite numbers, or None where it is traced; complex numbers are refused."""
+    if _is_complex(value):
+        # A cast to float would drop the imaginary parts with no more than a warning.
+        shown = "" if is_traced(value) else f" = {_show(np.asarray(value))}"
+        raise ValueError(f"{name}{shown} is complex; give {_in(unit, 'real numbers')}")
     if is_traced(value):
         return None
     try:
@@ -107,12 +111,19 @@ def brief(value: Any) -> str:
     return text if len(text) <= 60 and "\n" not in text else f"a {type(value).__name__}"
 
 
+def _is_complex(value: Any) -> bool:
+    try:
+        return np.iscomplexobj(value)
+    except (TypeError, ValueError):  # No array at all.
+        return False
+
+
 def _in(unit: str, what: str) -> str:
     return f"{what} in {unit}" if unit else what
 
 
 def _show(numbers: np.ndarray) -> str:
     if numbers.ndim == 0:
-        return f"{float(numbers):.6g}"
-    shown = ", ".join("nan" if math.isnan(x) else f"{x:.6g}" for x in numbers.ravel()[:4])
+        return f"{numbers.item():.6g}"
+    shown = ", ".join("nan" if cmath.isnan(x) else f"{x:.6g}" for x in numbers.ravel()[:4])
     return f"[{shown}{', …' if numbers.size > 4 else ''}]"

@@ -38,7 +38,7 @@ class Cells(NamedTuple):
 
 
 def half_turns(response: Array) -> Array:
-    """−arg G/π − 1/2, with arg G in (−2π, 0]: continuous where Re G < 0, also for Im G > 0 of noisy samples."""
+    """−arg G/π − 1/2, with arg G in (−2π, 0]: continuous where Re G < 0, for Im G of either sign."""
     return jnp.mod(jnp.arctan2(-response.imag, response.real), 2 * jnp.pi) / jnp.pi - 0.5
 
 
@@ -80,7 +80,7 @@ def _ordered(curve: Curve, row: Array, offset: Array) -> Cells:
     high = [jnp.where(reverse, p[:-1], p[1:]) for p in points]
     row = row[1:]
     if curve.open_ended:
-        # Beyond the grid G tends to −Σφ²/ω² and both Re G and −arg G grow: the low end's phase is a bound.
+        # Beyond the grid G tends to −Σφψ/ω²: where that is negative, Re G grows, and the phase with ωτ.
         last = [p[-1:] for p in points]
         low = [jnp.concatenate(pair) for pair in zip(low, last, strict=True)]
         last[0] = jnp.full_like(last[0], jnp.inf)

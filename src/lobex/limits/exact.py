@@ -1,9 +1,11 @@
 """The exact stability limit of constant regenerative feedback in one direction, by D-subdivision.
 
 With the receptance G, the characteristic equation 1 + K G(ω)(1 − e^{−jωτ}) = 0 has an imaginary root jω where
-K = −1/(2 Re G), Re G < 0, and ωτ − 2 arg G = (2j + 1)π with arg G in (−π, 0): the classical lobes (Tlusty and
+K = −1/(2 Re G), Re G < 0, and ωτ − 2 arg G = (2j + 1)π with arg G in (−2π, 0): the classical lobes (Tlusty and
 Poláček, 1963). K = 0 is stable, so the limit at a speed is the least K over all ω and all lobes j = 1, 2, …
-As ωτ lies in ((2j − 1)π, 2jπ), no other j has a delay above zero.
+As Re G < 0 holds arg G in (−3π/2, −π/2), ωτ lies in ((2j − 2)π, 2jπ), and no other j has a delay above zero. A driving
+point, Im G < 0, has the upper half of that alone; where force and displacement have directions of their own, G may
+have any argument, and Re G < 0 below the first mode too.
 """
 
 from collections.abc import Callable

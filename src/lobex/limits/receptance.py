@@ -58,7 +58,7 @@ class Receptance:
 
 
 def receptance(source: Modes | Receptance, omega: Array) -> Array:
-    """G(ω) = Σ φᵢ²/(ωᵢ² − ω² + 2jξᵢωᵢω) at the contact, complex, m/N.
+    """G(ω) = Σ φᵢψᵢ/(ωᵢ² − ω² + 2jξᵢωᵢω) at the contact, complex, m/N.
 
     Args:
         source: modes with one contact direction, or a measured receptance, which is interpolated.
@@ -108,7 +108,7 @@ class Curve(Protocol):
 
 
 class ModalCurve:
-    """The receptance of modes: one row per mode, from halfway to the one below to halfway to the next.
+    """The receptance of modes: one row per mode, from halfway to the one below (or from zero) to halfway to the next.
 
     A mode without damping is given ξ = ε², ε the rounding unit: its pole becomes a resonance narrower than
     any rounding of ω, and everything else stays as it is.
@@ -122,9 +122,8 @@ class ModalCurve:
         self.undamped = damping_ratio < floor
         raised = jax.lax.stop_gradient(jnp.maximum(damping_ratio, floor) - damping_ratio)
         self.anchor = angular_frequency[order]
-        self.modes = jax.tree.unflatten(
-            jax.tree.structure(modes), [self.anchor, damping_ratio + raised, jnp.asarray(modes.shape)[order]]
-        )
+        shapes = [jnp.asarray(shape)[order] for shape in jax.tree.leaves((modes.shape, modes.force_shape))]
+        self.modes = jax.tree.unflatten(jax.tree.structure(modes), [self.anchor, damping_ratio + raised, *shapes])
         self.open_ended = True
         # Of Re G, its slope and the bend of arg G: degrees in ω² of their numerators, which are at most 4n.
         self.most_breaks = 4 * modes.count
@@ -137,7 +136,9 @@ class ModalCurve:
         top = _REACH * jnp.max(anchor + 2 * width)
         # Neighbouring rows overlap by a little more than rounding, so that nothing falls between them.
         half = jnp.diff(anchor) / 2 + 8 * jnp.finfo(anchor.dtype).eps * anchor[1:]
-        below = jnp.concatenate([jnp.zeros(1, anchor.dtype), half])
+        # Below the first mode Re G > 0 at a driving point, but not where displacement and force differ.
+        lowest = jnp.zeros_like(anchor[:1]) if self.modes.force_shape is None else anchor[:1]
+        below = jnp.concatenate([lowest, half])
         above = jnp.concatenate([half, top[None]])
         steps = jnp.arange(1, _POINTS + 1) / _POINTS
         left, right = (clustered(finest[:, None], reach[:, None], steps) for reach in (below, above))
@@ -197,7 +198,7 @@ def clustered(width: Array, reach: Array, steps: Array) -> Array:
 def _modal_response(modes: Modes, distance: Array, omega: Array) -> tuple[Array, Array, Array]:
     """G, G′ and G″ at ω, shape (…,), where ``distance`` is ωᵢ − ω, shape (…, n)."""
     angular_frequency = jnp.asarray(modes.angular_frequency)
-    weight = jnp.asarray(modes.shape)[:, 0] ** 2
+    weight = jnp.asarray(modes.shape)[:, 0] * jnp.asarray(modes.loading)[:, 0]
     damping = 2 * jnp.asarray(modes.damping_ratio) * angular_frequency
     omega = omega[..., None]
     inverse = 1 / jax.lax.complex(distance * (angular_frequency + omega), damping * omega)

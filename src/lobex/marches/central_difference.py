@@ -2,7 +2,7 @@
 
 The state is kept as displacement u and increment d = u_i − u_{i−1}, in which (1.17) reads
 
-    d ← e d − s (u + c F),  u ← u + d,    e = (1 − ζ)/(1 + ζ), s = (ωΔt)²/(1 + ζ), ζ = ξωΔt, c = φ/ω²
+    d ← e d − s (u + c F),  u ← u + d,    e = (1 − ζ)/(1 + ζ), s = (ωΔt)²/(1 + ζ), ζ = ξωΔt, c = ψ/ω²
 
 with F the force that pushes the tip back. It needs two coefficients per mode and lane, loses less to rounding
 than (u_i, u_{i−1}), and overwrites its state in place. Modes lie along the first axis, lanes along the last.
@@ -24,7 +24,8 @@ class ModalStep:
     """One step of every mode, for one time step per lane.
 
     Attributes:
-        frequency, damping, shape: ω (rad/s), ξω (rad/s) and φ (1/√kg), each (modes, 1).
+        frequency, damping: ω and ξω, rad/s, each (modes, 1).
+        shape, loading: φ and ψ, 1/√kg, each (modes, 1).
         step: Δt, s, (lanes,).
         decay, restoring: e and s, (modes, lanes).
         compliance: c, (modes, 1).
@@ -33,6 +34,7 @@ class ModalStep:
     frequency: Array
     damping: Array
     shape: Array
+    loading: Array
     step: Array
     decay: Array
     restoring: Array
@@ -44,13 +46,19 @@ class ModalStep:
         frequency = jnp.asarray(modes.angular_frequency)[:, None]
         damping = jnp.asarray(modes.damping_ratio)[:, None] * frequency
         shape = jnp.asarray(modes.shape)
+        loading = shape if modes.force_shape is None else jnp.asarray(modes.force_shape)
         share = 1 + damping * step
         decay = (1 - damping * step) / share
-        return cls(frequency, damping, shape, step, decay, (frequency * step) ** 2 / share, shape / frequency**2)
+        restoring = (frequency * step) ** 2 / share
+        return cls(frequency, damping, shape, loading, step, decay, restoring, loading / frequency**2)
 
     def tip(self, displacement: Array) -> Array:
         """The tip's displacement (or velocity, or increment) of that of the modes, (lanes,)."""
         return jnp.sum(self.shape * displacement, axis=0)
+
+    def driven(self, displacement: Array) -> Array:
+        """As ``tip``, along the contact force: the displacement that it works on, (lanes,)."""
+        return jnp.sum(self.loading * displacement, axis=0)
 
     def advance(self, displacement: Array, increment: Array, force: Array) -> tuple[Array, Array]:
         """Displacements and increments one step later."""
@@ -59,12 +67,12 @@ class ModalStep:
 
     def start(self, displacement: Array, velocity: Array, force: Array) -> Array:
         """The increment that continues a displacement and velocity to second order."""
-        acceleration = -(self.frequency**2) * displacement - 2 * self.damping * velocity - self.shape * force
+        acceleration = -(self.frequency**2) * displacement - 2 * self.damping * velocity - self.loading * force
         return velocity * self.step - acceleration * self.step**2 / 2
 
     def velocity(self, displacement: Array, increment: Array, force: Array) -> Array:
         """The velocity at the end of an increment, to second order: the inverse of ``start``."""
-        push = self.frequency**2 * displacement + self.shape * force
+        push = self.frequency**2 * displacement + self.loading * force
         return (increment / self.step - push * self.step / 2) / (1 + self.damping * self.step)
 
     def energy(self, displacement: Array, velocity: Array) -> Array:
@@ -81,6 +89,6 @@ def highest_frequency(modes: Modes, stiffness: float) -> float:
 
     Central differences are stable up to Δt = 2 over this, whatever the damping.
     """
-    shape = np.asarray(modes.shape)[:, 0]
-    square = np.diag(np.asarray(modes.angular_frequency) ** 2) + stiffness * np.outer(shape, shape)
-    return float(np.sqrt(np.linalg.eigvalsh(square)[-1]))
+    spring = stiffness * np.outer(np.asarray(modes.loading)[:, 0], np.asarray(modes.shape)[:, 0])
+    square = np.diag(np.asarray(modes.angular_frequency) ** 2) + spring
+    return float(np.sqrt(np.max(np.abs(np.linalg.eigvals(square)))))

@@ -42,7 +42,8 @@ class _Step(NamedTuple):
     displacement: Array
     increment: Array
     tip: Array
-    tip_before: Array
+    driven: Array
+    driven_before: Array
     totals: Totals
 
 
@@ -85,9 +86,9 @@ def revolve(
         penetration = state.tip - surface
         force = law.force(penetration, depth)
         displacement, increment = march.advance(state.displacement, state.increment, force)
-        tip = march.tip(displacement)
+        tip, driven = march.tip(displacement), march.driven(displacement)
         removed = law.removed(penetration, depth, tip - surface)
-        work = force * (tip - state.tip_before)
+        work = force * (driven - state.driven_before)
         old = state.totals
         totals = Totals(
             amplitude=jnp.maximum(old.amplitude, jnp.abs(tip)),
@@ -97,19 +98,20 @@ def revolve(
             damping_energy=old.damping_energy + jnp.sum(march.damping * (increment + state.increment) ** 2, axis=0),
             removal_energy=old.removal_energy + jnp.maximum(work, 0),
         )
-        return _Step(displacement, increment, tip, state.tip, totals), (depth + removed, state.tip)
+        return _Step(displacement, increment, tip, driven, state.driven, totals), (depth + removed, state.tip)
 
-    tip, speed_of_tip = march.tip(blade.displacement), march.tip(blade.velocity)
+    tip, driven = march.tip(blade.displacement), march.driven(blade.displacement)
     force = _force(law, tip, profile, blade.depth)
-    power = force * speed_of_tip
+    power = force * march.driven(blade.velocity)
     dissipation = march.dissipation(blade.velocity)
     increment = march.start(blade.displacement, blade.velocity, force)
-    state = _Step(blade.displacement, increment, tip, tip - march.tip(increment), Totals(*(none,) * 6))
+    before = driven - march.driven(increment)
+    state = _Step(blade.displacement, increment, tip, driven, before, Totals(*(none,) * 6))
     state, (depth, signal) = jax.lax.scan(step, state, (profile, blade.depth), unroll=_UNROLL)
 
     force = _force(law, state.tip, profile, depth)
     velocity = march.velocity(state.displacement, state.increment, force)
-    final_power = force * march.tip(velocity)
+    final_power = force * march.driven(velocity)
     half = march.step / 2
     totals = state.totals
     # The steps count the first instant fully and the last not at all: half of each is due.

@@ -62,11 +62,11 @@ def modal_system(modes: Modes, delay: Array, feedback: Feedback) -> DelaySystem:
     omega = jnp.asarray(modes.angular_frequency)
     zero, one = jnp.zeros_like(omega), jnp.ones_like(omega)
     unit = jnp.stack([jnp.stack([zero, one], -1), jnp.stack([-one, -2 * modes.damping_ratio], -1)], -2)
-    shape = jnp.asarray(modes.shape)
+    shape, loading = jnp.asarray(modes.shape), jnp.asarray(modes.loading)
     none = jnp.zeros_like(shape)
     return DelaySystem(
         blocks=omega[:, None, None] * unit,
-        inputs=jnp.stack([none, shape / omega[:, None]], axis=1),
+        inputs=jnp.stack([none, loading / omega[:, None]], axis=1),
         outputs=jnp.stack([shape, none], axis=2),
         delay=delay,
         feedback=feedback,

@@ -10,35 +10,45 @@ import numpy as np
 from lobex import _checks
 from lobex._float64 import in_float64
 from lobex._pytree import pytree
+from lobex.structures.damping import proportional_damping
 from lobex.structures.eigenproblem import keep_modes, vibration_modes
+from lobex.structures.matrices import is_sparse, whole
 
 Array = Any
 
 
 @pytree()
 class Modes:
-    """Vibration modes with modal damping: ü + 2ξω u̇ + ω² u = φᵀ F, displacement at the contact y = Σ φ u.
+    """Vibration modes with modal damping: ü + 2ξω u̇ + ω² u = ψᵀ F, displacement at the contact y = Σ φ u.
+
+    Displacement and force may have directions of their own, such as the surface normal and the direction of the
+    cutting force: then ψ is not φ, and the residues φψ may have either sign.
 
     Attributes:
         angular_frequency: angular natural frequencies ω, shape (n,), rad/s.
         damping_ratio: modal damping ratios ξ, shape (n,).
         shape: mass-normalised mode shapes φ at the contact, shape (n, r), 1/√kg; r is the number of
             displacement directions that the contact acts on.
+        force_shape: ψ, how a unit contact force loads each mode, shape (n, r), 1/√kg; None where it is ``shape``.
 
     Raises:
-        ValueError: for values that are not finite, frequencies not above zero, damping below zero, or
+        ValueError: for values that are complex or not finite, frequencies not above zero, damping below zero, or
             lengths that do not agree.
     """
 
     angular_frequency: Array
     damping_ratio: Array
     shape: Array
+    # None and not a copy: gradients and sensitivities to the one shape are those of both its parts together.
+    force_shape: Array | None = None
 
     def __post_init__(self) -> None:
         _checks.positive("angular_frequency", self.angular_frequency, "rad/s")
         _checks.not_negative("damping_ratio", self.damping_ratio)
-        _checks.as_numbers("shape", self.shape, "1/√kg")
-        for name in ("angular_frequency", "damping_ratio", "shape"):
+        _checks.as_numbers("shape", self.shape, "1/√kg, and force_shape for residues of another sign")
+        if self.force_shape is not None:
+            _checks.as_numbers("force_shape", self.force_shape, "1/√kg")
+        for name in ("angular_frequency", "damping_ratio", "shape", "force_shape"):
             # JAX takes a list for a tree of numbers.
             if isinstance(getattr(self, name), list | tuple):
                 object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=float))
@@ -51,6 +61,13 @@ class Modes:
             )
         if len(np.shape(self.shape)) != 2 or np.shape(self.shape)[0] != count[0]:
             raise ValueError(f"shape has shape {np.shape(self.shape)}; give ({count[0]}, directions)")
+        if np.shape(self.loading) != np.shape(self.shape):
+            raise ValueError(f"force_shape has shape {np.shape(self.loading)}; give that of shape, {self.shape.shape}")
+
+    @property
+    def loading(self) -> Array:
+        """ψ, how a unit contact force loads each mode, shape (n, r), 1/√kg: ``force_shape`` or, without, ``shape``."""
+        return self.shape if self.force_shape is None else self.force_shape
 
     @property
     def count(self) -> int:
@@ -91,10 +108,17 @@ class Modes:
         mass: Any,
         stiffness: Any,
         contact: Any,
-        damping_ratio: Any,
+        damping_ratio: Any = None,
         keep: Sequence[int] | None = None,
+        *,
+        damping: Any = None,
+        force: Any = None,
+        triangle: str | None = None,
+        condense: bool = False,
     ) -> "Modes":
         """Modes of any finite-element model K v = ω² M v.
+
+        Degrees of freedom that a large number on the diagonal of K holds, such as the 1e36 of Abaqus, are fixed.
 
         Args:
             mass: symmetric positive definite M, (dof, dof), dense or scipy sparse.
@@ -103,22 +127,42 @@ class Modes:
             damping_ratio: ξ, one number or one per mode kept.
             keep: mode numbers to keep, counted from 1 in order of frequency; all by default. Sparse
                 matrices with ``keep`` are solved for the lowest modes alone.
+            damping: in place of ``damping_ratio``, a symmetric matrix C, (dof, dof), N s/m, that the modes
+                diagonalise, such as αM + βK.
+            force: the unit contact force as a combination of the degrees of freedom, of the shape of ``contact``,
+                where it acts in another direction than the displacement is taken in.
+            triangle: "lower" or "upper" for matrices of which that triangle alone is stored.
+            condense: take degrees of freedom without mass, such as rotations of a lumped model, by static (Guyan)
+                condensation, which is exact for them.
 
         Raises:
-            ValueError: naming the matrix that has a wrong shape, is not symmetric, or is singular.
+            ValueError: naming the matrix that has a wrong shape, is not symmetric, or is singular, and for
+                damping that couples modes.
         """
-        angular_frequency, vectors = vibration_modes(mass, stiffness, keep)
-        dof = np.shape(vectors)[0]
+        if (damping_ratio is None) == (damping is None):
+            raise ValueError("give either damping_ratio or damping, a matrix")
+        given = {"mass": mass, "stiffness": stiffness} | ({} if damping is None else {"damping": damping})
+        mass, stiffness, *matrix = (whole(name, value, triangle) for name, value in given.items())
+        dof = (mass.shape if is_sparse(mass) else np.shape(mass))[0]
         _checks.as_numbers("contact", contact)
         if len(np.shape(contact)) not in (1, 2) or np.shape(contact)[0] != dof:
             raise ValueError(f"contact has shape {np.shape(contact)}; give ({dof},) or ({dof}, directions)")
-        ratio = modal_damping(damping_ratio, np.shape(vectors)[1])
-        return cls(angular_frequency, ratio, _seen_at(vectors, contact))
+        if force is not None:
+            _checks.as_numbers("force", force)
+            if np.shape(force) != np.shape(contact):
+                raise ValueError(f"force has shape {np.shape(force)}; give that of contact, {np.shape(contact)}")
+        angular_frequency, vectors = vibration_modes(mass, stiffness, keep, condense)
+        if matrix:
+            ratio = proportional_damping(matrix[0], mass, stiffness, angular_frequency, vectors)
+        else:
+            ratio = modal_damping(damping_ratio, np.shape(vectors)[1])
+        loading = None if force is None else _seen_at(vectors, force)
+        return cls(angular_frequency, ratio, _seen_at(vectors, contact), loading)
 
     def select(self, keep: Sequence[int]) -> "Modes":
         """The modes of the given numbers, counted from 1."""
         index = keep_modes(keep, self.count)
-        return Modes(self.angular_frequency[index], self.damping_ratio[index], self.shape[index])
+        return jax.tree.map(lambda leaf: leaf[index], self)
 
 
 def check_modes(modes: Any, measured: bool = False) -> None:
@@ -150,12 +194,16 @@ def _single(frequency: Any, damping_ratio: Any, mass: Any) -> tuple[Array, Array
 
 
 @in_float64
-def _plane(x: Modes, y: Modes) -> tuple[Array, Array, Array]:
-    shape = jax.scipy.linalg.block_diag(jnp.asarray(x.shape), jnp.asarray(y.shape))
+def _plane(x: Modes, y: Modes) -> tuple[Array, Array, Array, Array | None]:
+    def beside(one: Any, other: Any) -> Array:
+        return jax.scipy.linalg.block_diag(jnp.asarray(one), jnp.asarray(other))
+
+    same = x.force_shape is None and y.force_shape is None
     return (
         jnp.concatenate([x.angular_frequency, y.angular_frequency]),
         jnp.concatenate([x.damping_ratio, y.damping_ratio]),
-        shape,
+        beside(x.shape, y.shape),
+        None if same else beside(x.loading, y.loading),
     )
 
 
