@@ -17,9 +17,13 @@ class Feedback:
 
     def __call__(self, z):
         """F."""
+        return 1 + self.loop(z)
+
+    def loop(self, z):
+        """F − 1."""
         z = np.asarray(z)
         response = sum(c / (z * z + 2 * b * z + a * a) for a, b, c in zip(self.a, self.b, self.c, strict=True))
-        return 1 + response * (1 - np.exp(-z))
+        return response * (1 - np.exp(-z))
 
     def slope(self, z):
         """F′."""
@@ -53,11 +57,7 @@ def roots_beyond(function, level, per_turn=16):
     turns = top / (2 * np.pi)
     if turns * per_turn > 4e6:
         raise ValueError("too many turns to count")
-    edges = [np.linspace(0, top, int(turns * per_turn) + 64)]
-    for pole in poles[poles.imag >= 0]:
-        width = max(abs(pole.real - level), 1e-7)
-        edges.append(pole.imag + width * np.sinh(np.linspace(-18, 18, 300)))
-    y = np.unique(np.clip(np.concatenate(edges), 0, top))
+    y = _heights(poles, level, top, int(turns * per_turn))
     value = function(level + 1j * y)
     # Where F turns by much between two samples, more are taken there.
     for _ in range(60):
@@ -70,3 +70,30 @@ def roots_beyond(function, level, per_turn=16):
         value = np.insert(value, coarse + 1, function(level + 1j * middle))
     turned = np.sum(np.angle(value[1:] / value[:-1]))
     return int(np.sum(poles.real > level)) - round(2 * turned / (2 * np.pi))
+
+
+def least_limit(omega, damping, residue, delay):
+    """The least K > 0 at which a root stands on the imaginary axis: D-subdivision by sign changes and bisection."""
+    function = Feedback(omega, damping, residue, delay, 1.0)
+    poles = function.poles
+    top = 2 * np.max(np.abs(poles)) + 50
+    y = _heights(poles, 0.0, top, int(40 * top / (2 * np.pi)))[1:]
+    value = function.loop(1j * y)
+    low, high = (a[value.imag[:-1] * value.imag[1:] < 0] for a in (y[:-1], y[1:]))
+    rising = function.loop(1j * high).imag > 0
+    for _ in range(80):
+        middle = (low + high) / 2
+        beyond = (function.loop(1j * middle).imag > 0) == rising
+        low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
+    value = function.loop(1j * low)
+    # At a pole or a zero of 1 − e^{−z} the sign changes, too: there the value is no root's.
+    real = value.real[(value.real < 0) & (np.abs(value.imag) < 1e-6 * np.abs(value.real))]
+    return np.min(-1 / real, initial=np.inf)
+
+
+def _heights(poles, level, top, count):
+    edges = [np.linspace(0, top, count + 64)]
+    for pole in poles[poles.imag >= 0]:
+        width = max(abs(pole.real - level), 1e-7)
+        edges.append(pole.imag + width * np.sinh(np.linspace(-18, 18, 300)))
+    return np.unique(np.clip(np.concatenate(edges), 0, top))

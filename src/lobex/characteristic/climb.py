@@ -25,6 +25,7 @@ _APART, _CLOSE = 0.1, 1e-11
 _ROUNDS = 80
 _SAME = 1e-8
 _REAL = 1e-9
+_UNMOVED = 1e-11
 _GUESSES = 6
 # Of Newton, so many at a time.
 _STEPS, _ROUNDS_OF_STEPS = 4, 5
@@ -50,7 +51,7 @@ class _Search:
         self.step = np.full(lanes, 0.5)
         self.level = np.full(lanes, -np.inf)
         if guesses is not None:
-            self.add(np.arange(lanes), guesses)
+            self.add(np.arange(lanes), guesses, np.full((lanes, 0), np.nan + 0j))
         bare = np.flatnonzero(self.foremost == -np.inf)
         self.level = self.foremost - self.distance
         self.level[bare] = _first_level(take(loops, bare))
@@ -59,14 +60,14 @@ class _Search:
     def foremost(self) -> Array:
         return _real(self.found[:, 0])
 
-    def add(self, lane: Array, starts: Array) -> None:
-        """Keep the roots beyond the level that Newton's method reaches from starts (k, s) of lanes (k,), NaN-filled."""
+    def add(self, lane: Array, starts: Array, roots: Array) -> None:
+        """Keep roots, and those that Newton's method reaches beyond the level from starts (k, s) of lanes (k,)."""
         row, column = np.nonzero(np.isfinite(starts))
         root, converged = newton(self.on_device, lane[row], starts[row, column])
         converged &= root.real > self.level[lane[row]]
         new = np.full(starts.shape, np.nan + 0j)
         new[row[converged], column[converged]] = root[converged]
-        everything = np.concatenate([self.found[lane], new], axis=1)
+        everything = np.concatenate([self.found[lane], new, roots], axis=1)
         everything = np.take_along_axis(everything, np.argsort(-_real(everything), axis=1), axis=1)
         kept = np.full((len(lane), ROOTS), np.nan + 0j)
         filled = np.zeros(len(lane), dtype=int)
@@ -85,7 +86,8 @@ class _Search:
         proven = count.decided & self._known(lane, count.roots)
         rest = np.flatnonzero(~proven)
         if len(rest):
-            self.add(lane[rest], _starts(self.loops, lane[rest], level[rest], count.places[rest]))
+            starts, unmoved = _starts(self.loops, lane[rest], level[rest], count.places[rest])
+            self.add(lane[rest], starts, unmoved)
             proven[rest] = count.decided[rest] & self._known(lane[rest], count.roots[rest])
         rest = ~proven
         self._next(lane[rest], count.roots[rest] > 0, count.decided[rest])
@@ -176,22 +178,35 @@ def _first_level(loops: Loops) -> Array:
     return level - _APART
 
 
-def _starts(loops: Loops, lane: Array, level: Array, places: Array) -> Array:
-    """Where to look for roots beyond the lines, (k, s): next to the places on them, and next to poles beyond."""
-    near = []
-    for pole, other in ((loops.upper, loops.lower), (loops.lower, loops.upper)):
-        pole, other = pole[:, lane], other[:, lane]
-        with np.errstate(all="ignore"):
-            residue = (loops.first[:, lane] * pole + loops.constant[:, lane]) / (pole - other)
-            move = residue * np.exp(-pole)
-            move = move / np.maximum(np.abs(move), 1.0)
-        # A pole that the contact does not see is a root itself.
-        start = pole + np.where(np.isfinite(move), move, 0.1)
-        near.append(np.where((pole.real > level) & (pole.imag >= 0), start, np.nan))
-    beside = np.concatenate(near).T
+def _starts(loops: Loops, lane: Array, level: Array, places: Array) -> tuple[Array, Array]:
+    """Where to look for roots beyond the lines: next to the places on them, and next to poles beyond, (k, s).
+
+    And the roots, (k, u), that are poles as good as unmoved: the contact does not see them.
+    """
+    mine = take(loops, lane)
+    near, still = [], []
+    for poles, partners in ((mine.upper, mine.lower), (mine.lower, mine.upper)):
+        for mode, (pole, partner) in enumerate(zip(poles, partners, strict=True)):
+            with np.errstate(all="ignore"):
+                residues = [
+                    (mine.first[mode] * z + mine.constant[mode]) / (z - o)
+                    for z, o in ((pole, partner), (partner, pole))
+                ]
+                terms = (mine.first * pole + mine.constant) / ((pole - mine.upper) * (pole - mine.lower))
+                rest = np.sum(np.delete(terms, mode, axis=0), axis=0) + residues[1] / (pole - partner)
+                # M = r/(z − π) + rest: the root of w = 1 beside the pole.
+                move = residues[0] / (np.exp(pole) - rest)
+                beyond = (pole.real > level) & (pole.imag >= 0)
+                unmoved = np.abs(move) < _UNMOVED * (1 + np.abs(pole))
+                move = move / np.maximum(np.abs(move), 1.0)
+            near.append(np.where(beyond & ~unmoved, pole + np.where(np.isfinite(move), move, 0.1), np.nan))
+            still.append(np.where(beyond & unmoved, pole, np.nan))
     # The foremost are enough: the line comes closer when there are more.
-    order = np.argsort(-_real(beside), axis=1)[:, : PLACES + 1]
-    return np.concatenate([places, np.take_along_axis(beside, order, axis=1)], axis=1)
+    foremost = [
+        np.take_along_axis(z, np.argsort(-_real(z), axis=1)[:, : PLACES + 1], axis=1)
+        for z in (np.stack(near, axis=1), np.stack(still, axis=1))
+    ]
+    return np.concatenate([places, foremost[0]], axis=1), foremost[1]
 
 
 def _real(z: Array) -> Array:
