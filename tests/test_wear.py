@@ -299,7 +299,7 @@ def test_a_lane_that_blows_up_is_nan_and_named():
         (lambda: march(speed=80.0), "speed has shape ()"),
         (lambda: march(speed=[]), "speed has shape (0,)"),
         (lambda: march(speed=np.full((2, 4), 80.0)), "speed has shape (2, 4); give (n,) or (n, 3)"),
-        (lambda: march(speed=[60 * 400.0]), "rpm/60"),
+        (lambda: march(speed=[60 * 3000.0]), "rpm/60"),
         (lambda: march(revolutions=0), "revolutions = 0"),
         (lambda: march(revolutions=2.5), "revolutions = 2.5"),
         (lambda: march(steps=8), "steps_per_revolution = 8"),
