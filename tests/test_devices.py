@@ -39,7 +39,7 @@ rub = lobex.sweep(lobex.Rub(lobex.Rod(2).modes(0.03)), np.linspace(100, 300, 96)
 limit = lobex.critical_gain(mill, np.linspace(120, 300, 80), (1e-4, 3e-3), lobex.Duhamel(nodes=10), scan=9)
 collocation = lobex.sweep(mill, np.linspace(50, 300, 96), np.linspace(0, 3e-3, 20), lobex.Chebyshev(16))
 law = lobex.Plastic(stiffness=4.5e6, yield_force=100.0)
-march = lobex.march_wear(lobex.Rod(3).modes(0.03), lobex.Casing(), law, np.linspace(60, 190, 64), 2, 128)
+march = lobex.march_wear(lobex.Rod(3).modes(0.03), lobex.Casing(), law, np.linspace(60, 190, 64), 2, 320)
 parts = (
     chart.multiplier, chart.chatter_frequency, rub.multiplier, limit.gain, collocation.multiplier, march.depth
 )

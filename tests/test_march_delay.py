@@ -15,6 +15,7 @@ from lobex.grids.sweep import SweepWarning
 from lobex.marches.delay import march_delay
 from lobex.marches.growth_fit import fit_growth
 from lobex.marches.linear import march_system
+from lobex.marches.resolution import fastest_fed
 from lobex.marches.start import growing_history
 
 RATE = np.log(1.0005) / 1e-6
@@ -62,6 +63,32 @@ def test_growth_of_the_lanes_converges_with_the_square_of_the_step():
     steps = np.array([200, 400, 800])
     found = [march_delay(process, speed, gain, pulse, 30, int(k)).growth for k in steps]
     assert order_of(steps, np.abs(np.array(found) - exact)) == pytest.approx(2, abs=0.1)
+
+
+def test_modes_that_the_contact_can_feed_are_resolved_or_the_steps_refused():
+    """The third mode chatters: with 16 to 64 steps, which resolve the first, the growth came out as 2.3."""
+    modes = lobex.Modes(2 * np.pi * np.array([100.0, 800.0, 2300.0]), [0.02] * 3, [[0.3], [1.0], [1.0]])
+    fast = lobex.Rub(modes)
+    with pytest.raises(ValueError, match="steps_per_period = 64 is too few at speed = 50 Hz") as error:
+        march_delay(fast, 50.0, 1e7, pulse, 40, 64)
+    least = int(str(error.value).split("give ")[1].split()[0])
+    exact = float(lobex.spectral_radius(fast, 50.0, 1e7, lobex.Chebyshev(200)))
+    found = [march_delay(fast, 50.0, 1e7, pulse, 40, steps).growth for steps in (least, 4 * least)]
+    assert found == [pytest.approx(exact, rel=0.01)] * 2
+    assert abs(found[1] - exact) < abs(found[0] - exact) / 12
+
+
+def test_the_fastest_vibration_that_is_fed_is_where_the_loop_gain_is_one():
+    # One mode in permanent contact: (κ/m)/|ω_n² − ω²| = 1 above its frequency, without damping.
+    single = lobex.Modes.single(frequency=100.0, damping_ratio=0.0, mass=2.0)
+    stiffness = np.array([0.0, 1e5, 1e6, 1e8])
+    with jax.enable_x64(True):
+        system = jax.vmap(lobex.Rub(single).system)(np.full(4, 50.0), stiffness)
+    first, fed = fastest_fed(jax.tree.map(np.asarray, system), 2 * stiffness)
+    assert first == pytest.approx(np.full(4, 200 * np.pi), rel=1e-6)
+    # The search takes 400 frequencies.
+    assert fed[1:] == pytest.approx(np.sqrt((200 * np.pi) ** 2 + stiffness[1:]), rel=0.03)
+    assert fed[0] == 0
 
 
 def test_the_fit_tells_two_close_pairs_apart():
@@ -316,8 +343,8 @@ def test_jit_changes_nothing():
 
 
 def test_a_lane_that_blows_up_is_nan_and_named():
-    with pytest.warns(SweepWarning, match=r"1 of 2 lanes .* speed = 2 Hz, delayed gain = 2000; march fewer"):
-        march = march_delay(lobex.Scalar(1.0), 2.0, [0.1, 2000.0], lambda t: 1.0, 200, 30)
+    with pytest.warns(SweepWarning, match=r"1 of 2 lanes .* speed = 2 Hz, delayed gain = 250; march fewer"):
+        march = march_delay(lobex.Scalar(1.0), 2.0, [0.1, 250.0], lambda t: 1.0, 200, 160)
     assert np.isfinite(march.displacement[0]).all()
     assert np.isnan(march.displacement[1, -1]).all()
     assert not np.isinf(march.displacement).any()
@@ -330,6 +357,7 @@ def test_a_lane_that_blows_up_is_nan_and_named():
     [
         ({"steps_per_period": 2}, "steps_per_period = 2"),
         ({"steps_per_period": 20}, "at speed = 85 Hz; give 32 or more"),
+        ({"steps_per_period": 90, "gain": 1.35e6}, "give 100 or more, 8 per wave of the fastest vibration that the"),
         ({"steps_per_period": 100.5}, "steps_per_period = 100.5"),
         ({"periods": 0}, "periods = 0"),
         ({"periods": 2.5}, "periods = 2.5"),

@@ -143,7 +143,7 @@ def test_the_method_is_chosen_by_the_process():
 def test_oddities_are_warned_of():
     with pytest.warns(lobex.SweepWarning, match="more nodes"):
         lobex.sweep(ROD, [4.0, 5.0], [1e5, 2e5], lobex.Chebyshev(16))
-    with pytest.warns(lobex.SweepWarning, match="rpm/60"):
+    with pytest.warns(lobex.LobexWarning, match="rpm/60"):
         lobex.sweep(rub(2), [3000.0, 4000.0], [1e5, 2e5])
 
 

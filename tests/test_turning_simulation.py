@@ -191,7 +191,7 @@ def test_a_cut_plots_its_histories(cut):
 @pytest.mark.parametrize(
     ("changes", "words"),
     [
-        ({"steps_per_revolution": 10}, "steps_per_revolution = 10 is too few at speed = 70 Hz; give 18"),
+        ({"steps_per_revolution": 10}, "steps_per_revolution = 10 is too few at speed = 70 Hz; give 19"),
         ({"steps_per_revolution": 100.0}, "steps_per_revolution = 100.0"),
         ({"revolutions": 0}, "revolutions = 0"),
         ({"feed": 0.0}, "feed = 0"),

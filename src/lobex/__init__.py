@@ -8,10 +8,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from lobex._warnings import LobexWarning, SweepWarning
     from lobex.characteristic.method import CharacteristicRoots
     from lobex.contact.casing import Casing
     from lobex.contact.laws import Cubic, Linear, Plastic, Power, Threshold
-    from lobex.grids.sweep import SweepWarning
     from lobex.limits.boundary import boundary
     from lobex.limits.exact_limit import exact_limit, exact_lobes
     from lobex.limits.receptance import Receptance
@@ -61,6 +61,7 @@ _HOME = {
     "Duhamel": "operators.duhamel",
     "Limit": "results.limit",
     "Linear": "contact.laws",
+    "LobexWarning": "_warnings",
     "March": "results.march",
     "Milling": "processes.milling",
     "Modes": "structures.modes",
@@ -74,7 +75,7 @@ _HOME = {
     "Sensitivities": "results.sensitivities",
     "SpectrumMap": "results.spectrum_map",
     "Study": "results.study",
-    "SweepWarning": "grids.sweep",
+    "SweepWarning": "_warnings",
     "Threshold": "contact.laws",
     "Turning": "processes.regenerative",
     "WearMap": "results.wear_map",
@@ -110,6 +111,7 @@ __all__ = [
     "Duhamel",
     "Limit",
     "Linear",
+    "LobexWarning",
     "March",
     "Milling",
     "Modes",

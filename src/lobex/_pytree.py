@@ -19,10 +19,13 @@ def pytree(*, static: tuple[str, ...] = ()) -> Callable[[T], T]:
 
     def register(cls: T) -> T:
         frozen: Any = dataclasses.dataclass(frozen=True)(cls)
-        traced = tuple(f.name for f in dataclasses.fields(frozen) if f.name not in static)
+        # What is constant of a class is so of those that are made from it.
+        constant = tuple(dict.fromkeys((*getattr(cls, "_constant", ()), *static)))
+        frozen._constant = constant
+        traced = tuple(f.name for f in dataclasses.fields(frozen) if f.name not in constant)
 
         def flatten(tree: Any) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
-            return tuple(getattr(tree, n) for n in traced), tuple(getattr(tree, n) for n in static)
+            return tuple(getattr(tree, n) for n in traced), tuple(getattr(tree, n) for n in constant)
 
         def flatten_with_keys(tree: Any) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
             leaves, sizes = flatten(tree)
@@ -31,7 +34,7 @@ def pytree(*, static: tuple[str, ...] = ()) -> Callable[[T], T]:
 
         def unflatten(sizes: tuple[Any, ...], leaves: Any) -> Any:
             tree = object.__new__(frozen)
-            for name, value in (*zip(traced, leaves, strict=True), *zip(static, sizes, strict=True)):
+            for name, value in (*zip(traced, leaves, strict=True), *zip(constant, sizes, strict=True)):
                 object.__setattr__(tree, name, value)
             return tree
 

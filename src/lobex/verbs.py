@@ -12,6 +12,7 @@ from lobex._float64 import in_float64
 from lobex.floquet.dense import all_multipliers, largest_modulus
 from lobex.operators.chebyshev import Chebyshev
 from lobex.operators.operator import Method
+from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_gain, check_process, check_speed
 
 Array = Any
@@ -34,6 +35,9 @@ def monodromy(process: Process, speed: Array, gain: Array, method: Method = DEFA
 
     Raises:
         ValueError: for NaN, infinite or non-positive speeds and for gains that the process cannot have.
+
+    Warns:
+        LobexWarning: for numbers that can hardly be meant: speeds in rpm, damping in per cent, depths in mm.
     """
     speed, gain = _checked(process, speed, gain, method)
     return _monodromy(process, speed, gain, method)
@@ -42,7 +46,7 @@ def monodromy(process: Process, speed: Array, gain: Array, method: Method = DEFA
 def multipliers(process: Process, speed: Array, gain: Array, method: Method = DEFAULT_METHOD) -> Array:
     """The Floquet multipliers, complex, largest modulus first: shape (broadcast shape, N).
 
-    Arguments, precision and errors as for ``monodromy``.
+    Arguments, precision, errors and warnings as for ``monodromy``.
     """
     speed, gain = _checked(process, speed, gain, method)
     return _multipliers(process, speed, gain, method)
@@ -51,8 +55,8 @@ def multipliers(process: Process, speed: Array, gain: Array, method: Method = DE
 def spectral_radius(process: Process, speed: Array, gain: Array, method: Method = DEFAULT_METHOD) -> Array:
     """max|μ|: the motion dies out below 1 and grows above. Shape: that of speed and gain, broadcast.
 
-    Differentiable with respect to speed, gain and every number in ``process``. Arguments, precision and
-    errors as for ``monodromy``.
+    Differentiable with respect to speed, gain and every number in ``process``. Arguments, precision,
+    errors and warnings as for ``monodromy``.
     """
     speed, gain = _checked(process, speed, gain, method)
     return _spectral_radius(process, speed, gain, method)
@@ -70,6 +74,7 @@ def _checked(process: Any, speed: Any, gain: Any, method: Any) -> tuple[Array, A
         raise ValueError(
             f"gain has shape {np.shape(gain)} and speed {np.shape(speed)}; give shapes that broadcast"
         ) from None
+    warn_of_implausible(process, speed, gain)
     return speed, gain
 
 

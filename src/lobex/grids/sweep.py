@@ -8,21 +8,20 @@ import jax
 import numpy as np
 
 from lobex import _checks
+from lobex._warnings import SweepWarning
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids.choice import check_sweep_method, chosen_method
 from lobex.grids.evaluation import dominant_over_grid
 from lobex.grids.resolution import oddities
 from lobex.operators.duhamel import Duhamel
 from lobex.operators.operator import Method
+from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_gain, check_process, check_speed
+from lobex.processes.quantity import quantity_of
 from lobex.results.chart import Chart
 from lobex.results.description import describe
 
 Array = Any
-
-
-class SweepWarning(UserWarning):
-    """Points of a sweep that failed and are NaN, or that are coarsely resolved."""
 
 
 def sweep(
@@ -32,13 +31,19 @@ def sweep(
     method: Method | CharacteristicRoots | None = None,
     *,
     progress: bool = False,
+    plausible: bool = True,
 ) -> Chart:
-    """``lobex.sweep`` without further axes and stores; arguments, errors and warnings as there."""
+    """``lobex.sweep`` without further axes and stores; arguments, errors and warnings as there.
+
+    With ``plausible=False`` nothing is said of implausible numbers: a study looks at all of them itself.
+    """
     check_process(process)
     check_sweep_method(method)
     speeds, gains = _checks.grid("speed", speed, "Hz"), _checks.grid("gain", gain, process.gain.unit)
     check_speed(process, speeds)
     check_gain(process, gains)
+    if plausible:
+        warn_of_implausible(process, speeds, gains)
     if method is None:
         method = chosen_method(process, float(speeds[0]))
     for message in oddities(process, method, float(speeds[0]), float(gains[-1])):
@@ -68,7 +73,7 @@ def sweep(
         multiplier=multiplier,
         chatter_frequency=frequency,
         error=error,
-        quantity=process.gain,
+        quantity=quantity_of(process),
         speed_unit=process.speed_unit,
         process=describe(process),
         method=describe(method),

@@ -20,7 +20,9 @@ from lobex.limits.crossings import TIE, Crossings, label_densely, operator_famil
 from lobex.limits.growth import SQUARINGS, find_crossing, growth
 from lobex.limits.scan import scan_gains
 from lobex.operators.operator import Method
+from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_gain, check_process, check_speed
+from lobex.processes.quantity import quantity_of
 from lobex.results.description import describe
 from lobex.results.limit import Kind, Limit, Status
 
@@ -38,8 +40,12 @@ def critical_gain(
     *,
     scan: int = 65,
     progress: bool = False,
+    plausible: bool = True,
 ) -> Limit:
-    """``lobex.critical_gain`` without further axes and stores; arguments, errors and warnings as there."""
+    """``lobex.critical_gain`` without further axes and stores; arguments, errors and warnings as there.
+
+    With ``plausible=False`` nothing is said of implausible numbers: a study looks at all of them itself.
+    """
     check_process(process)
     check_sweep_method(method)
     scan = _checks.integer("scan", scan, 3)
@@ -53,6 +59,8 @@ def critical_gain(
     if float(bounds[0]) >= float(bounds[1]):
         raise ValueError(f"bounds = {tuple(map(float, bounds))} must be increasing; give the lowest gain first")
     gains = np.linspace(float(bounds[0]), float(bounds[1]), scan)
+    if plausible:
+        warn_of_implausible(process, speed, bounds[0])
     if any(map(_checks.is_traced, jax.tree.leaves((process, speed)))):
         return _traced(process, jnp.atleast_1d(speed), gains, operator_of(method))
     begun = time.perf_counter()
@@ -79,7 +87,7 @@ def _limit(
     return Limit(
         speed=speeds,
         bounds=(float(gains[0]), float(gains[-1])),
-        quantity=process.gain,
+        quantity=quantity_of(process),
         speed_unit=process.speed_unit,
         process=describe(process),
         method=describe(method),
@@ -202,7 +210,7 @@ def _traced(process: Process, speeds: Array, gains: np.ndarray, method: Method) 
     return Limit(
         speed=speeds,
         bounds=(float(gains[0]), float(gains[-1])),
-        quantity=process.gain,
+        quantity=quantity_of(process),
         speed_unit=process.speed_unit,
         process={"type": type(process).__name__},
         method=describe(method),

@@ -13,11 +13,15 @@ from lobex._pytree import pytree
 from lobex.limits.exact import ExactMinimum, Source, exact_branches, exact_critical, exact_minimum
 from lobex.limits.hayes import hayes_interval
 from lobex.limits.receptance import ModalCurve, Receptance
+from lobex.limits.undamped import undefined
 from lobex.processes.canonical import Scalar
+from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_process, check_speed
+from lobex.processes.quantity import quantity_of
 from lobex.processes.regenerative import Rub, Turning
 from lobex.results.description import describe
 from lobex.results.limit import Kind, Limit, Status
+from lobex.structures.modes import Modes
 
 Array = Any
 
@@ -57,22 +61,33 @@ def exact_limit(process: Process, speed: Any) -> Limit:
         speed: speeds, Hz (revolutions per second), (n,) or one number.
 
     Returns:
-        A ``Limit``; status "tie" marks a cusp between two lobes, where the derivative is that of one side.
+        A ``Limit``; status "tie" marks a cusp between two lobes, where the derivative is that of one side, "beyond the
+        measured frequencies" a speed without a limit in the band of a ``Receptance``, and "undefined" one at which a
+        mode without damping turns a whole number of times per revolution, see ``lobex.limits.undamped``.
 
     Raises:
         ValueError: for a process with periodic coefficients or several contact directions, and for speeds that
             are not positive and finite.
+
+    Warns:
+        LobexWarning: for numbers that can hardly be meant: speeds in rpm, damping in per cent.
     """
     check_process(process)
     check_speed(process, speed)
+    warn_of_implausible(process, speed)
     begun = time.perf_counter()
     speed = np.atleast_1d(np.asarray(speed, dtype=float)) if not _checks.is_traced(speed) else jnp.atleast_1d(speed)
     if np.ndim(speed) != 1 or np.size(speed) == 0:
         raise ValueError(f"speed has shape {np.shape(speed)}; give one speed or a list of them")
     gain, frequency, kind, tie, low = _hayes(process, speed) if isinstance(process, Scalar) else _lobes(process, speed)
-    lib = jnp if any(map(_checks.is_traced, jax.tree.leaves((process, speed)))) else np
+    lib: Any = jnp if any(map(_checks.is_traced, jax.tree.leaves((process, speed)))) else np
+    modes = getattr(process, "modes", None)
+    neutral = lib.zeros(speed.shape, bool) if not isinstance(modes, Modes) else undefined(modes, speed)
+    gain, frequency = (lib.where(neutral, lib.nan, part) for part in (gain, frequency))
     found = lib.isfinite(gain)
-    status = lib.where(found, lib.where(tie, int(Status.TIE), int(Status.FOUND)), int(Status.NONE_IN_RANGE))
+    missing = Status.BEYOND_THE_MEASURED_FREQUENCIES if isinstance(modes, Receptance) else Status.NONE_IN_RANGE
+    status = lib.where(found, lib.where(tie, int(Status.TIE), int(Status.FOUND)), int(missing))
+    status = lib.where(neutral, int(Status.UNDEFINED), status)
     return Limit(
         speed=speed,
         gain=gain,
@@ -82,7 +97,7 @@ def exact_limit(process: Process, speed: Any) -> Limit:
         intervals=lib.stack([lib.where(found, low, lib.nan), gain], axis=-1)[:, None],
         error=_RELATIVE_ERROR * lib.abs(gain),
         bounds=(-np.inf if process.gain.signed else 0.0, np.inf),
-        quantity=process.gain,
+        quantity=quantity_of(process),
         speed_unit=process.speed_unit,
         process={"type": type(process).__name__} if lib is jnp else describe(process),
         method={"type": "DSubdivision"},
@@ -99,9 +114,13 @@ def exact_lobes(process: Process, lobes: int = 10) -> ExactLobes:
 
     Raises:
         ValueError: for any other process, several contact directions, or fewer than one lobe.
+
+    Warns:
+        LobexWarning: for damping that can only be in per cent.
     """
     check_process(process)
     source = _source(process)
+    warn_of_implausible(process, [])
     omega = _frequencies(source)
     curves = exact_branches(source, omega, lobes)
     return ExactLobes(omega, curves.gain, curves.speed, exact_minimum(source, lobes))
@@ -116,8 +135,10 @@ def _source(process: Any) -> Source:
     measured = process.modes
     if not isinstance(measured, Receptance):
         return process
-    scale = process.radial if isinstance(process, Turning) else 1.0
-    return Receptance(measured.frequency, measured.response * scale)
+    if isinstance(process, Rub):
+        return measured
+    # Not by the constructor, which would look at the samples a second time.
+    return jax.tree.unflatten(jax.tree.structure(measured), [measured.frequency, measured.response * process.radial])
 
 
 def _lobes(process: Any, speed: Array) -> tuple[Array, Array, Kind, Array, float]:

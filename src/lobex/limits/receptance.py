@@ -1,5 +1,6 @@
 """The receptance at the contact, from modes or from a measurement, and its derivatives by frequency."""
 
+from dataclasses import InitVar
 from typing import Any, Protocol
 
 import jax
@@ -8,6 +9,8 @@ import numpy as np
 
 from lobex import _checks
 from lobex._pytree import pytree
+from lobex._warnings import warn
+from lobex.limits.measurement import MEASURED, as_receptance, suspicion
 from lobex.structures.modes import Modes
 
 Array = Any
@@ -30,31 +33,61 @@ class Receptance:
     only a few samples, and a stray sample changes the curve no further than three samples away. Noise is
     interpolated as it stands: smooth a noisy measurement first.
 
+    Args:
+        frequency: increasing frequencies, shape (n,), Hz; a first line at 0 Hz is left out.
+        response: what was measured over force at those frequencies, not zero: complex, shape (n,), or real and
+            imaginary parts as columns, shape (n, 2).
+        measured: "displacement" (m/N), "velocity" (m/s/N) or "acceleration" (m/s²/N).
+        conjugate: True where the analyser's time dependence is e^{−jωt}: the response is then conjugated.
+
     Attributes:
-        frequency: increasing frequencies above zero, shape (n,), n ≥ 4, Hz.
-        response: complex G at those frequencies, not zero, shape (n,), m/N, for the time dependence e^{jωt}.
+        frequency: the frequencies above zero, shape (n,), n ≥ 4, Hz.
+        response: the receptance G there, whatever was measured, shape (n,), m/N, for the time dependence e^{jωt}.
 
     Raises:
-        ValueError: for fewer than 4 samples, lengths that do not agree, frequencies that are not increasing
-            or not above zero, or a response that is zero or not finite.
+        ValueError: for fewer than 4 samples above 0 Hz, lengths that do not agree, frequencies that are not
+            increasing or are negative, or a response that is zero or not finite.
+
+    Warns:
+        LobexWarning: where a line at 0 Hz is left out, and where the samples cannot be a driving point, which takes
+            in energy (Im G ≤ 0) and whose Re G falls through a resonance: the message names the arguments
+            with which they can.
     """
 
     frequency: Array
     response: Array
+    measured: InitVar[str] = "displacement"
+    conjugate: InitVar[bool] = False
 
-    def __post_init__(self) -> None:
-        if not _checks.is_traced(self.frequency):
-            object.__setattr__(self, "frequency", _checks.grid("frequency", self.frequency, "Hz"))
-            _checks.positive("frequency", self.frequency, "Hz")
-        if not _checks.is_traced(self.response):
-            object.__setattr__(self, "response", _as_response(self.response))
-        count = np.shape(self.frequency)[0]
-        if count < 4:
-            raise ValueError(f"frequency has {count} samples; give at least 4")
-        if np.shape(self.response) != (count,):
+    def __post_init__(self, measured: str, conjugate: bool) -> None:
+        _checks.choice("measured", measured, MEASURED)
+        _checks.choice("conjugate", conjugate, (False, True))
+        frequency, response = self.frequency, self.response
+        known = not (_checks.is_traced(frequency) or _checks.is_traced(response))
+        if not _checks.is_traced(frequency):
+            frequency = _checks.grid("frequency", frequency, "Hz")
+        if not _checks.is_traced(response):
+            response = _in_complex(response)
+        if np.shape(response) != np.shape(frequency):
             raise ValueError(
-                f"response has shape {np.shape(self.response)}; give one value per frequency, shape ({count},)"
+                f"response has shape {np.shape(response)}; give one value per frequency, shape {np.shape(frequency)}, "
+                "or columns of real and imaginary parts"
             )
+        still = known and frequency[0] == 0
+        if still:
+            frequency, response = frequency[1:], response[1:]
+        if not _checks.is_traced(frequency):
+            _checks.positive("frequency", frequency, "Hz")
+        if not _checks.is_traced(response):
+            _check_response(response)
+        if np.shape(frequency)[0] < 4:
+            raise ValueError(f"frequency has {np.shape(frequency)[0]} samples above 0 Hz; give at least 4")
+        if still:
+            warn("frequency begins at 0 Hz, where nothing vibrates; that line is left out")
+        if known and (message := suspicion(frequency, response, measured, conjugate)) is not None:
+            warn(message)
+        object.__setattr__(self, "frequency", frequency)
+        object.__setattr__(self, "response", as_receptance(frequency, response, measured, conjugate))
 
 
 def receptance(source: Modes | Receptance, omega: Array) -> Array:
@@ -230,13 +263,18 @@ def _slopes(knot: Array, value: Array) -> Array:
     return total / (knot[index[:, -1]] - knot[index[:, 0]])
 
 
-def _as_response(response: Any) -> np.ndarray:
+def _in_complex(response: Any) -> np.ndarray:
+    """Complex samples, also of real and imaginary columns."""
     try:
         values = np.asarray(response, dtype=complex)
     except (TypeError, ValueError):
         raise ValueError(f"response = {response!r} is not a list of numbers; give complex values in m/N") from None
+    columns = values.ndim == 2 and values.shape[1] == 2 and not np.any(np.imag(values))
+    return values[:, 0] + 1j * values[:, 1] if columns else values
+
+
+def _check_response(values: np.ndarray) -> None:
     if not np.all(np.isfinite(values)):
         raise ValueError("response has NaN or infinite values; give finite numbers in m/N")
     if np.any(values == 0):
         raise ValueError("response has zeros, where 1/G does not exist; leave those samples out")
-    return values

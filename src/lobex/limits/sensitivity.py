@@ -70,6 +70,9 @@ def sensitivities(
     Raises:
         ValueError: as ``exact_limit`` and ``critical_gain`` do, for a function without ``at`` or the other way
             round, and for a measured ``Receptance``, whose samples are no parameters.
+
+    Warns:
+        LobexWarning: as ``exact_limit`` and ``critical_gain``.
     """
     if at is None:
         parameters, build = process, _itself

@@ -5,6 +5,7 @@ from functools import partial
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from lobex import _checks
@@ -13,11 +14,15 @@ from lobex.marches.lanes import check_steps, lanes_of, warn_of_lost_lanes
 from lobex.marches.linear import Motion, march_system
 from lobex.marches.start import History, sample_history, starting_state
 from lobex.processes.process import Process, check_process
+from lobex.processes.quantity import quantity_of
 from lobex.processes.system import DelaySystem
 from lobex.results.description import describe
 from lobex.results.march import March
 
 Array = Any
+
+# Of a period, at which the stiffness of a contact that varies is looked at.
+_PHASES = 64
 
 
 def march_delay(
@@ -59,10 +64,12 @@ def march_delay(
 
     Raises:
         ValueError: for a history or state that has a wrong shape or is not finite, sizes that are not whole
-            numbers, and fewer than 8 steps per wave of the first mode, naming the speed and the steps it needs.
+            numbers, and fewer than 8 steps per wave of the first mode or of any vibration that the contact can feed
+            at its gain, naming the speed and the steps it needs.
 
     Warns:
         SweepWarning: when lanes grow beyond floating point; they are NaN from there on.
+        LobexWarning: for numbers that can hardly be meant: speeds in rpm, damping in per cent, depths in mm.
 
     Source: §4.4 of the thesis, with the exponential steps of Hochbruck and Ostermann, Exponential integrators,
         Acta Numerica 19 (2010).
@@ -79,13 +86,15 @@ def march_delay(
         process = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=np.float64), process)
         system = jax.tree.map(np.asarray, _systems(process, speeds.ravel(), gains.ravel()))
         outputs = np.shape(system.inputs)[-1]
-        check_steps("steps_per_period", system, speeds.ravel(), steps)
+        check_steps("steps_per_period", system, np.asarray(_stiffness(system)), speeds.ravel(), steps)
         delay = np.broadcast_to(system.delay, speeds.size).reshape(speeds.shape)
         past = sample_history(history, delay, steps, outputs).reshape(speeds.size, steps + 1, outputs)
         first = starting_state(system, state, past[:, -1])
         motion = jax.tree.map(np.asarray, _march(process, speeds.ravel(), gains.ravel(), past, first, periods, every))
     lanes = speeds.shape
-    growth = fit_growth(_delay_states(motion, system, min(MOST_PERIODS, periods // 2)))
+    # A lane may go beyond floating point within the very periods that are fitted.
+    with np.errstate(over="ignore", invalid="ignore"):
+        growth = fit_growth(_delay_states(motion, system, min(MOST_PERIODS, periods // 2)))
     start = np.einsum("lnrs,lns->lr", system.outputs, first.reshape(*np.shape(system.outputs)[:2], -1))
     displacement = np.concatenate([start[:, None], motion.output.reshape(speeds.size, -1, outputs)], axis=1)
     displacement, final = (np.where(np.isfinite(part), part, np.nan) for part in (displacement, motion.states[:, -1]))
@@ -100,7 +109,7 @@ def march_delay(
         multiplier=growth.multiplier.reshape(lanes),
         growth_error=growth.error.reshape(lanes),
         steps_per_period=steps,
-        quantity=process.gain,
+        quantity=quantity_of(process),
         speed_unit=process.speed_unit,
         process=describe(process),
         seconds=time.perf_counter() - begun,
@@ -113,6 +122,15 @@ def _delay_states(motion: Motion, system: DelaySystem, count: int) -> np.ndarray
     history = motion.output[:, -count - 1 :].reshape(lanes, count + 1, -1)
     scale = np.linalg.norm(np.reshape(system.outputs, (lanes, -1)), axis=-1)[:, None, None]
     return np.concatenate([scale * motion.states[:, -count - 1 :], history / np.sqrt(history.shape[-1])], axis=-1)
+
+
+@jax.jit
+@jax.vmap
+def _stiffness(system: DelaySystem) -> Array:
+    """The largest contact force per displacement in a period, now and a delay ago together."""
+    phases = jnp.arange(1 if system.feedback.constant else _PHASES) / _PHASES
+    present, delayed = (jnp.linalg.norm(part, axis=(1, 2)) for part in system.feedback.at(phases))
+    return jnp.max(present + delayed)
 
 
 @jax.jit

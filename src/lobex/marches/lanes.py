@@ -1,17 +1,16 @@
 """The lanes of a march: their points, the steps that they need, and those that are lost."""
 
-import warnings
 from typing import Any
 
 import numpy as np
 
 from lobex import _checks
-from lobex.grids.sweep import SweepWarning
+from lobex._warnings import SweepWarning, warn
+from lobex.marches.resolution import STEPS_PER_WAVE, fastest_fed
+from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_gain, check_speed
 from lobex.processes.quantity import Quantity
 from lobex.processes.system import DelaySystem
-
-_STEPS_PER_WAVE = 8
 
 
 def lanes_of(process: Process, speed: Any, gain: Any, name: str = "gain") -> tuple[np.ndarray, np.ndarray]:
@@ -31,18 +30,29 @@ def lanes_of(process: Process, speed: Any, gain: Any, name: str = "gain") -> tup
         ) from None
     if speeds.size == 0:
         raise ValueError(f"speed and {name} have no values, shape {speeds.shape}; give at least one")
+    warn_of_implausible(process, speeds, gains)
     return np.array(speeds), np.array(gains)
 
 
-def check_steps(name: str, system: DelaySystem, speeds: np.ndarray, steps: int) -> None:
-    """Require eight steps per wave of the slowest vibration, in every lane."""
-    turning = np.max(np.imag(np.linalg.eigvals(system.blocks)), axis=-1)
-    needed = np.ceil(_STEPS_PER_WAVE / (2 * np.pi) * np.min(turning, axis=-1) * system.delay)
+def check_steps(name: str, system: DelaySystem, stiffness: np.ndarray, speeds: np.ndarray, steps: int) -> None:
+    """Require eight steps per wave of the first mode and of all that the contact can feed, in every lane.
+
+    Args:
+        name: what the steps are called.
+        system: of all lanes, each leaf with lanes first.
+        stiffness: the largest contact force per displacement, now and a delay ago together, (lanes,).
+        speeds: (lanes,).
+        steps: steps per delay.
+    """
+    first, fed = fastest_fed(system, stiffness)
+    fastest = np.maximum(first, fed)
+    needed = np.ceil(STEPS_PER_WAVE / (2 * np.pi) * fastest * system.delay)
     worst = int(np.argmax(needed))
     if steps < needed[worst]:
+        whose = "first mode" if fed[worst] <= first[worst] else "fastest vibration that the contact can feed"
         raise ValueError(
             f"{name} = {steps} is too few at speed = {speeds[worst]:.6g} Hz; give {needed[worst]:.0f} or more, "
-            f"{_STEPS_PER_WAVE} per wave of the first mode"
+            f"{STEPS_PER_WAVE} per wave of the {whose} ({fastest[worst] / (2 * np.pi):.6g} Hz)"
         )
 
 
@@ -50,12 +60,11 @@ def warn_of_lost_lanes(lost: Any, quantity: Quantity, speeds: np.ndarray, gains:
     """Count the lanes that went beyond floating point, and name the first."""
     if lost.any():
         first = int(np.argmax(lost))
-        warnings.warn(
+        warn(
             f"{lost.sum()} of {lost.size} lanes grew beyond floating point and are NaN from there on, the first at "
             f"speed = {speeds.ravel()[first]:.6g} Hz, {quantity.name} = "
             f"{in_unit(gains.ravel()[first], quantity.unit)}; march fewer periods",
             SweepWarning,
-            stacklevel=3,
         )
 
 

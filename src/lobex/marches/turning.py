@@ -66,6 +66,7 @@ def simulate_turning(
 
     Warns:
         SweepWarning: when lanes grow beyond floating point; they are NaN from there on.
+        LobexWarning: as ``march_delay``.
     """
     check_modes(modes)
     if modes.directions != 1:
@@ -87,7 +88,8 @@ def simulate_turning(
     with jax.enable_x64(True):
         tool, law, feed = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=np.float64), (tool, law, feed))
         system = jax.tree.map(np.asarray, _structures(tool, speeds.ravel()))
-        check_steps("steps_per_revolution", system, speeds.ravel(), steps)
+        slope = float(jax.grad(law.force)(jnp.asarray(feed)))
+        check_steps("steps_per_revolution", system, 2 * depths.ravel() * abs(slope), speeds.ravel(), steps)
         delay = 1 / speeds
         past = sample_history(history or np.zeros_like, delay, steps, 1).reshape(speeds.size, steps + 1, 1)
         first = starting_state(system, state, past[:, -1])

@@ -3,7 +3,6 @@
 import os
 import threading
 import time
-import warnings
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
 from functools import partial
@@ -16,12 +15,15 @@ from tqdm import tqdm
 
 from lobex import _checks
 from lobex._devices import on_device
+from lobex._warnings import SweepWarning, warn
 from lobex.contact.casing import Casing, check_casing
 from lobex.contact.laws import ContactLaw, check_law
-from lobex.grids.sweep import SweepWarning
 from lobex.marches.central_difference import highest_frequency
 from lobex.marches.decimation import LENGTH, factor_for, filter_matrix, lag_of, usable_orders
+from lobex.marches.lanes import check_steps
+from lobex.marches.resolution import check_cells
 from lobex.marches.rub_revolution import Totals, at_rest, revolve
+from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import check_speed
 from lobex.processes.regenerative import Rub
 from lobex.results.description import describe
@@ -52,27 +54,30 @@ def march_wear(
     *,
     samples_per_revolution: int = 512,
     progress: bool = False,
+    plausible: bool = True,
 ) -> WearMap:
-    """``lobex.march_wear`` without further axes and stores; arguments, errors and warnings as there."""
+    """``lobex.march_wear`` without further axes and stores; arguments, errors and warnings as there.
+
+    With ``plausible=False`` nothing is said of implausible numbers: a study looks at all of them itself.
+    """
     revolutions = _checks.integer("revolutions", revolutions, 1)
     steps = _checks.integer("steps_per_revolution", steps_per_revolution, 16)
     samples = _checks.integer("samples_per_revolution", samples_per_revolution, 16)
-    history = _checked_speeds(modes, casing, law, speed, revolutions)
+    history = _checked_speeds(modes, casing, law, speed, revolutions, plausible)
     begun = time.perf_counter()
     with jax.enable_x64(True):
         modes, law, casing = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=np.float64), (modes, law, casing))
         profile = np.asarray(casing.profile(steps))
-        _check_steps(modes, law, profile, float(history.min()), steps)
+        _check_steps(modes, casing, law, profile, float(history.min()), steps)
     factor = factor_for(steps, samples)
     parts = _march(modes, law, profile, history, factor, progress)
     failed = _failed(parts, float(casing.radius))
     if failed.any():
         named = ", ".join(f"{s:.6g}" for s in history[failed, 0][:_NAMED])
-        warnings.warn(
+        warn(
             f"{failed.sum()} of {len(failed)} lanes blew up and are NaN, at speed = {named}"
             f"{', …' if failed.sum() > _NAMED else ''} Hz; take more steps per revolution or a softer law",
             SweepWarning,
-            stacklevel=3,
         )
         for values in parts.values():
             values[failed] = np.nan
@@ -97,7 +102,7 @@ def march_wear(
     )
 
 
-def _checked_speeds(modes: Any, casing: Any, law: Any, speed: Any, revolutions: int) -> np.ndarray:
+def _checked_speeds(modes: Any, casing: Any, law: Any, speed: Any, revolutions: int, plausible: bool) -> np.ndarray:
     """The speed of every lane in every revolution, (n, revolutions), once all arguments are what they should be."""
     check_modes(modes)
     check_casing(casing)
@@ -107,14 +112,21 @@ def _checked_speeds(modes: Any, casing: Any, law: Any, speed: Any, revolutions: 
     if any(map(_checks.is_traced, jax.tree.leaves((modes, casing, law, speed)))):
         raise ValueError("an argument is traced by JAX; march_wear runs outside jit, grad and vmap: give plain numbers")
     check_speed(Rub(modes), speed)
+    if plausible:
+        warn_of_implausible(Rub(modes), speed)
     speeds = np.asarray(speed, dtype=np.float64)
     if speeds.ndim not in (1, 2) or speeds.size == 0 or (speeds.ndim == 2 and speeds.shape[1] != revolutions):
         raise ValueError(f"speed has shape {speeds.shape}; give (n,) or (n, {revolutions}), one column per revolution")
     return np.ascontiguousarray(np.broadcast_to(speeds.reshape(len(speeds), -1), (len(speeds), revolutions)))
 
 
-def _check_steps(modes: Modes, law: ContactLaw, profile: np.ndarray, slowest: float, steps: int) -> None:
-    """Require a stable time step at the lowest speed, with the stiffest contact that the casing leads to."""
+def _check_steps(
+    modes: Modes, casing: Casing, law: ContactLaw, profile: np.ndarray, slowest: float, steps: int
+) -> None:
+    """Require steps that resolve the bumps and, at the lowest speed and against the stiffest contact that the casing
+    leads to, what the contact feeds, and with which central differences are stable."""
+    if casing.surface is None:
+        check_cells("steps_per_revolution", steps, casing.nodal_diameters, float(casing.bump_width))
     deepest = max(float(-profile.min()), float(np.ptp(profile)))
     stiffness = 0.0
     if deepest > 0:
@@ -128,6 +140,9 @@ def _check_steps(modes: Modes, law: ContactLaw, profile: np.ndarray, slowest: fl
             f"steps_per_revolution = {steps} is too few at speed = {slowest:.6g} Hz, where central differences are "
             f"stable from {needed} on (highest frequency {highest / (2 * np.pi):.6g} Hz, in contact)"
         )
+    speed = np.array([slowest])
+    system = jax.tree.map(lambda leaf: np.asarray(leaf)[None], Rub(modes).system(slowest, stiffness))
+    check_steps("steps_per_revolution", system, np.array([stiffness]), speed, steps)
 
 
 def _march(

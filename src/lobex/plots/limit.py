@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import matplotlib.pyplot as plt
 import numpy as np
 
-from lobex.plots.axes import gain_label, speed_axis
+from lobex.plots.axes import frequency_label, gain_label, speed_axis
 from lobex.results.limit import Kind
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def plot_limit(
     if len(speed) > 1:
         upper.set_xlim(speed[0], speed[-1])
     upper.set_ylabel(gain_label(limit.quantity))
-    lower.set_ylabel("chatter frequency (Hz)")
+    lower.set_ylabel(frequency_label(limit.speed_unit))
     lower.set_xlabel(label)
     upper.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False, fontsize="small")
     return figure

@@ -75,8 +75,9 @@ def lane_names(speed: np.ndarray, gain: np.ndarray, quantity: Quantity, speed_un
     head, _, tail = quantity.symbol.partition("_")
     symbol, unit = f"${head}{f'_{{{tail}}}' if tail else ''}$", quantity.display_unit
     unit = "" if unit == "1" else f" {unit}"
+    per = "" if speed_unit == "1" else f" {speed_unit}"
     pairs = zip(speed.ravel(), gain.ravel(), strict=True)
-    return [f"{s * factor:.5g} {speed_unit}, {symbol} = {g:.4g}{unit}".replace("-", "−") for s, g in pairs]
+    return [f"{s * factor:.5g}{per}, {symbol} = {g:.4g}{unit}".replace("-", "−") for s, g in pairs]
 
 
 def finish(ax: "Axes", last: float) -> None:

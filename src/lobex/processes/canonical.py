@@ -19,7 +19,8 @@ Array = Any
 class DelayedMathieu:
     """ẍ + c ẋ + (δ + ε cos(2πt/T)) x = b x(t − τ) with T = τ = 1/speed (Insperger and Stépán, 2002).
 
-    The field's form with T = τ = 2π has the speed 1/(2π). The gain is b, of either sign.
+    The field's form with T = τ = 2π has the speed 1/(2π). Time and x are plain numbers, and so is the gain b, of
+    either sign.
 
     Attributes:
         delta: δ.
@@ -32,7 +33,11 @@ class DelayedMathieu:
     damping: Array = 0.0
 
     gain: ClassVar[Quantity] = DELAYED_GAIN
-    speed_unit: ClassVar[str] = "Hz"
+
+    @property
+    def speed_unit(self) -> str:
+        """No unit: all its numbers are plain."""
+        return "1"
 
     def __post_init__(self) -> None:
         for name in ("delta", "epsilon", "damping"):
@@ -57,12 +62,19 @@ class DelayedMathieu:
 
 @pytree()
 class Scalar:
-    """ẋ(t) = a x(t) + b x(t − τ), τ = 1/speed (Hayes, 1950). The gain is b, of either sign."""
+    """ẋ(t) = a x(t) + b x(t − τ), τ = 1/speed (Hayes, 1950). The gain is b, of either sign.
+
+    All of them are plain numbers, without units.
+    """
 
     a: Array
 
     gain: ClassVar[Quantity] = DELAYED_GAIN
-    speed_unit: ClassVar[str] = "Hz"
+
+    @property
+    def speed_unit(self) -> str:
+        """No unit: all its numbers are plain."""
+        return "1"
 
     def __post_init__(self) -> None:
         _checks.as_numbers("a", self.a)

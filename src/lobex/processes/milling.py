@@ -11,7 +11,7 @@ from lobex._float64 import in_float64
 from lobex._pytree import pytree
 from lobex.processes.feedback import Piece
 from lobex.processes.process import check_point
-from lobex.processes.quantity import DEPTH_OF_CUT, Quantity
+from lobex.processes.quantity import DEPTH_OF_CUT, SPEED_UNITS, Quantity
 from lobex.processes.system import DelaySystem, modal_system
 from lobex.structures.modes import Modes, check_modes
 
@@ -21,7 +21,7 @@ Array = Any
 Layout = tuple[str, ...]
 
 
-@pytree(static=("teeth", "direction", "layout"))
+@pytree(static=("teeth", "direction", "layout", "speed_unit"))
 class Milling:
     """Milling with equally spaced straight teeth; each tooth meets the surface left by the one before.
 
@@ -39,6 +39,7 @@ class Milling:
         radial_immersion: radial depth of cut over tool diameter, in (0, 1].
         direction: "down" or "up".
         layout: the parts of a tooth period, found from the immersion; leave it out.
+        speed_unit: as of ``Rub``.
 
     The gain is the axial depth of cut b, m.
     """
@@ -50,13 +51,14 @@ class Milling:
     radial_immersion: Array
     direction: str = "down"
     layout: Layout | None = None
+    speed_unit: str = "rpm"
 
     gain: ClassVar[Quantity] = DEPTH_OF_CUT
-    speed_unit: ClassVar[str] = "rpm"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "teeth", _checks.integer("teeth", self.teeth, 1))
         _checks.choice("direction", self.direction, ("down", "up"))
+        _checks.choice("speed_unit", self.speed_unit, SPEED_UNITS)
         for name in ("tangential", "normal"):
             check = _checks.positive if name == "tangential" else _checks.not_negative
             check(name, getattr(self, name), "N/m²")

@@ -2,20 +2,27 @@
 
 from typing import Any, ClassVar, Protocol
 
-import numpy as np
-
 from lobex import _checks
-from lobex.processes.quantity import Quantity
+from lobex.processes.plausible import TOO_FAST, passes_per_period
+from lobex.processes.quantity import Quantity, has_units
 from lobex.processes.system import DelaySystem
 
 Array = Any
 
 
 class Process(Protocol):
-    """A delayed process: speed (revolutions per second) and gain in, a delay system out."""
+    """A delayed process: speed (revolutions per second) and gain in, a delay system out.
+
+    Attributes:
+        gain: what the gain is.
+        speed_unit: "Hz" or "rpm", in which speeds are drawn, or "1" of a process without units, its time and lengths
+            being scaled: nothing is then said of numbers that would be implausible for a machine.
+    """
 
     gain: ClassVar[Quantity]
-    speed_unit: ClassVar[str]
+
+    @property
+    def speed_unit(self) -> str: ...
 
     def system(self, speed: Array, gain: Array) -> DelaySystem:
         """The delay system at one speed and one gain."""
@@ -31,15 +38,14 @@ def check_process(process: Any) -> None:
 def check_speed(process: Process, speed: Any) -> None:
     """Require finite speeds above zero, and not all of them rpm where revolutions per second are meant."""
     _checks.positive("speed", speed, "Hz (revolutions per second)")
-    frequency = _first_frequency(process)
     numbers = _checks.as_numbers("speed", speed)
-    if numbers is None or frequency is None or numbers.size == 0:
+    if numbers is None or numbers.size == 0 or not has_units(process):
         return
-    ratio = float(numbers.min()) * getattr(process, "passes", 1) / frequency
-    if ratio > 60:
+    passes = passes_per_period(process, numbers, fastest=True)
+    if passes is not None and passes > TOO_FAST:
         raise ValueError(
-            f"speed = {float(numbers.min()):.6g} Hz or more passes {ratio:.0f} times per period of the first "
-            f"mode ({frequency:.6g} Hz); give revolutions per second, which is rpm/60"
+            f"speed = {float(numbers.min()):.6g} Hz or more passes {passes:.0f} times per period of the "
+            "fastest mode; give revolutions per second, which is rpm/60"
         )
 
 
@@ -54,10 +60,3 @@ def check_point(process: Process, speed: Any, gain: Any) -> None:
     """Both checks, where a system is asked for."""
     check_speed(process, speed)
     check_gain(process, gain)
-
-
-def _first_frequency(process: Process) -> float | None:
-    frequency = getattr(getattr(process, "modes", None), "angular_frequency", None)
-    if frequency is None or _checks.is_traced(frequency):
-        return None
-    return float(np.min(frequency)) / (2 * np.pi)

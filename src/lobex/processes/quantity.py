@@ -1,6 +1,9 @@
-"""What the gain of a process is: its name and units, on which axes and messages agree."""
+"""What the gain and the speed of a process are: their names and units, on which axes and messages agree."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+SPEED_UNITS = ("Hz", "rpm", "1")
+"""Revolutions per second, drawn per minute, or a plain number: the process has no units."""
 
 
 class Quantity(NamedTuple):
@@ -20,3 +23,19 @@ class Quantity(NamedTuple):
 CONTACT_STIFFNESS = Quantity("contact stiffness", "K_e", "N/m", "MN/m", 1e6)
 DEPTH_OF_CUT = Quantity("depth of cut", "b", "m", "mm", 1e-3)
 DELAYED_GAIN = Quantity("delayed gain", "b", "1", "1", 1.0, signed=True, delayed_only=True)
+
+
+def has_units(process: Any) -> bool:
+    """Whether time and lengths of a process are those of a machine, and not scaled."""
+    return getattr(process, "speed_unit", "Hz") != "1"
+
+
+def hertz(speed_unit: str) -> str:
+    """What follows a frequency in a text: its unit, or nothing where the process has no units."""
+    return "" if speed_unit == "1" else " Hz"
+
+
+def quantity_of(process: Any) -> Quantity:
+    """The gain of a process, a plain number where the process has no units."""
+    gain: Quantity = process.gain
+    return gain if has_units(process) else gain._replace(unit="1", display_unit="1", scale=1.0)

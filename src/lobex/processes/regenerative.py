@@ -9,30 +9,36 @@ from lobex._float64 import in_float64
 from lobex._pytree import pytree
 from lobex.processes.feedback import ConstantFeedback
 from lobex.processes.process import check_point
-from lobex.processes.quantity import CONTACT_STIFFNESS, DEPTH_OF_CUT, Quantity
+from lobex.processes.quantity import CONTACT_STIFFNESS, DEPTH_OF_CUT, SPEED_UNITS, Quantity
 from lobex.processes.system import DelaySystem, modal_system
 from lobex.structures.modes import Modes, check_modes
 
 Array = Any
 
 
-@pytree()
+@pytree(static=("speed_unit",))
 class Rub:
     """A blade in permanent contact with an abradable casing, (3.4)-(3.9).
 
     Each pass meets the track that the previous one left: the force on the tip is −K_e [y(t) − y(t − τ)],
     τ = 1/speed. A variation around a steady feed: it holds while the blade does not leave the coating. The
     gain is the contact stiffness K_e, N/m.
+
+    Attributes:
+        modes: the blade's modes at the contact, or a measured ``Receptance``.
+        speed_unit: in which speeds are drawn, "Hz" or "rpm"; or "1" of a model without units, its time and lengths
+            being scaled: speed and gain are plain numbers then, and none of them is said to be implausible.
     """
 
     modes: Modes
+    speed_unit: str = "Hz"
 
     gain: ClassVar[Quantity] = CONTACT_STIFFNESS
-    speed_unit: ClassVar[str] = "Hz"
     passes: ClassVar[int] = 1
 
     def __post_init__(self) -> None:
         check_modes(self.modes, measured=True)
+        _checks.choice("speed_unit", self.speed_unit, SPEED_UNITS)
 
     @in_float64
     def system(self, speed: Array, gain: Array) -> DelaySystem:
@@ -41,28 +47,30 @@ class Rub:
         return _regenerative_system(self.modes, speed, gain)
 
 
-@pytree()
+@pytree(static=("speed_unit",))
 class Turning:
     """Turning with a flexible tool, (2.12): m ÿ + c ẏ + k y = −K_r b [y(t) − y(t − τ)], τ = 1/speed.
 
     Attributes:
         modes: the tool's modes in the direction of the chip thickness.
         radial: radial specific cutting force K_r, N/m².
+        speed_unit: as of ``Rub``.
 
     The gain is the depth of cut b, m.
     """
 
     modes: Modes
     radial: Array
+    speed_unit: str = "rpm"
 
     gain: ClassVar[Quantity] = DEPTH_OF_CUT
-    speed_unit: ClassVar[str] = "rpm"
     passes: ClassVar[int] = 1
 
     def __post_init__(self) -> None:
         check_modes(self.modes, measured=True)
         _checks.positive("radial", self.radial, "N/m²")
         _checks.scalar("radial", self.radial)
+        _checks.choice("speed_unit", self.speed_unit, SPEED_UNITS)
 
     @in_float64
     def system(self, speed: Array, gain: Array) -> DelaySystem:

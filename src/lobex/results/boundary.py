@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lobex.processes.quantity import Quantity
+from lobex.processes.quantity import Quantity, hertz
 from lobex.results.description import in_words
 from lobex.results.limit import Kind
 
@@ -63,7 +63,7 @@ class Boundary:
         fastest_frequency: natural frequency of that mode, Hz.
         bounds: lowest and highest speed (Hz), lowest and highest gain.
         quantity: what the gain is.
-        speed_unit: "Hz" or "rpm", for axes.
+        speed_unit: "Hz", "rpm", or "1" of a process without units, for axes.
         process, method: the model and the method, as plain dictionaries.
         seconds: wall time, compiling and the map included.
     """
@@ -92,13 +92,13 @@ class Boundary:
         lines = [
             f"Boundary of {self.process['type']}: {len(self)} curves, {closed} of them closed, "
             f"{sum(len(c.speed) for c in self)} vertices",
-            f"  speed            {self.bounds[0]:.6g} to {self.bounds[1]:.6g} Hz",
+            f"  speed            {self.bounds[0]:.6g} to {self.bounds[1]:.6g}{hertz(self.speed_unit)}",
             f"  gain             {self.bounds[2]:.6g} to {self.bounds[3]:.6g} {self.quantity.unit}"
             f" ({self.quantity.name} {self.quantity.symbol})",
             f"  residual         |log max|μ|| ≤ {self.residual:.1e}, {self.dropped} vertices dropped, "
             f"{self.unresolved} chords unresolved",
             f"  resolution       {self.waves_per_cell:.3g} waves per cell of the mode at "
-            f"{self.fastest_frequency:.6g} Hz",
+            f"{self.fastest_frequency:.6g}{hertz(self.speed_unit)}",
             f"  method           {in_words(self.method)}",
             f"  wall time        {self.seconds:.2f} s",
         ]

@@ -6,12 +6,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lobex.processes.quantity import Quantity
+from lobex._warnings import warn
+from lobex.processes.quantity import Quantity, hertz
 from lobex.results.description import in_words
 
 if TYPE_CHECKING:
     import xarray
     from matplotlib.axes import Axes
+
+# Gains, at least, of the finer grid that is asked for.
+_FINER = 65
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -27,7 +31,7 @@ class Chart:
         error: estimated relative error of max|μ| by discretisation, (n, m): 0 of characteristic
             roots, which need none, and NaN where the method gives no estimate.
         quantity: what the gain is.
-        speed_unit: "Hz" or "rpm", for axes.
+        speed_unit: "Hz", "rpm", or "1" of a process without units, for axes.
         process, method: the model and the method, as plain dictionaries.
         seconds: wall time of the sweep, compiling included.
         failed: number of points that are NaN.
@@ -54,7 +58,7 @@ class Chart:
         span = f"{radius.min():.6g} to {radius.max():.6g}" if radius.size else "none finite"
         lines = [
             f"Chart of {self.process['type']}: {len(self.speed)} speeds × {len(self.gain)} gains",
-            f"  speed            {self.speed[0]:.6g} to {self.speed[-1]:.6g} Hz",
+            f"  speed            {self.speed[0]:.6g} to {self.speed[-1]:.6g}{hertz(self.speed_unit)}",
             f"  gain             {self.gain[0]:.6g} to {self.gain[-1]:.6g} {self.quantity.unit}"
             f" ({self.quantity.name} {self.quantity.symbol})",
             f"  spectral radius  {span}",
@@ -71,13 +75,25 @@ class Chart:
 
         Linear in log max|μ| between the two grid gains around the crossing, so good to the grid and no
         better. NaN where the grid holds no such crossing, also where its lowest gain is already unstable,
-        or where a point that failed comes before it.
+        where a point that failed comes before it, or where the crossing lies within the first cell: nothing but the
+        growth at the lowest gain is known below it, which may be anywhere beside that of the limit.
+
+        Warns:
+            LobexWarning: where limits lie within the first cell, with the finer grid to ask for.
         """
         with np.errstate(divide="ignore"):
             growth = np.log(self.spectral_radius)
         unstable = ~(growth < 0)
         first = np.argmax(unstable, axis=1)
-        found = unstable.any(axis=1) & (first > 0)
+        found = unstable.any(axis=1) & (first > 1)
+        if hidden := int(np.sum(first == 1)):
+            low, high = (f"{gain:.6g}" for gain in self.gain[:2])
+            unit = "" if self.quantity.unit == "1" else f" {self.quantity.unit}"
+            warn(
+                f"at {hidden} of {len(first)} speeds the limit lies within the first cell of the grid, between {low} "
+                f"and {high}{unit}, and cannot be read; sweep a finer one there, such as "
+                f"np.linspace({low}, {high}, {max(len(self.gain), _FINER)})"
+            )
         lane = np.arange(len(self.speed))
         above, below = growth[lane, first], growth[lane, np.maximum(first - 1, 0)]
         with np.errstate(invalid="ignore", divide="ignore"):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lobex.processes.quantity import Quantity
+from lobex.processes.quantity import Quantity, hertz
 from lobex.results.description import in_words
 
 if TYPE_CHECKING:
@@ -28,6 +28,8 @@ class Status(IntEnum):
     UNSTABLE_AT_THE_LOWER_BOUND = 2
     NOT_CONVERGED = 3
     TIE = 4
+    BEYOND_THE_MEASURED_FREQUENCIES = 5
+    UNDEFINED = 6
 
     @property
     def words(self) -> str:
@@ -63,7 +65,7 @@ class Limit:
         error: estimated error of the gain, of a finer discretisation, (n,).
         bounds: lowest and highest gain looked at.
         quantity: what the gain is.
-        speed_unit: "Hz" or "rpm", for axes.
+        speed_unit: "Hz", "rpm", or "1" of a process without units, for axes.
         process, method: the model and the method, as plain dictionaries.
         seconds: wall time, compiling included.
     """
@@ -90,8 +92,10 @@ class Limit:
     @property
     def status(self) -> np.ndarray:
         """What became of the search, in words, (n,): "found", "none in range", "unstable at the lower bound",
-        "not converged", or "tie" (a limit at which two multipliers of different frequency cross at once, so
-        that kind, frequency and derivatives are those of one of them)."""
+        "not converged", "tie" (a limit at which two multipliers of different frequency cross at once, so
+        that kind, frequency and derivatives are those of one of them), "beyond the measured frequencies" (no limit in
+        the band of a ``Receptance``; one outside it is not seen), or "undefined" (a vibration without damping neither
+        grows nor dies out, whatever the gain)."""
         return np.array([Status(code).words for code in np.asarray(self.status_code)], dtype=str)
 
     @property
@@ -107,7 +111,7 @@ class Limit:
         counts = [f"{np.sum(np.asarray(self.status_code) == s)} {s.words}" for s in Status]
         lines = [
             f"Limit of {self.process['type']}: {len(self.speed)} speeds, {np.min(self.speed):.6g} to "
-            f"{np.max(self.speed):.6g} Hz",
+            f"{np.max(self.speed):.6g}{hertz(self.speed_unit)}",
             f"  bounds           {self.bounds[0]:.6g} to {self.bounds[1]:.6g} {self.quantity.unit}"
             f" ({self.quantity.name} {self.quantity.symbol})",
             f"  status           {', '.join(c for c in counts if not c.startswith('0 '))}",
@@ -120,10 +124,12 @@ class Limit:
             lines.insert(
                 3,
                 f"  smallest limit   {self.quantity.symbol} = {gain[i]:.8g} {self.quantity.unit} at "
-                f"{self.speed[i]:.6g} Hz, {self.kind[i]} at {self.chatter_frequency[i]:.6g} Hz",
+                f"{self.speed[i]:.6g}{hertz(self.speed_unit)}, {self.kind[i]} at "
+                f"{self.chatter_frequency[i]:.6g}{hertz(self.speed_unit)}",
             )
             if np.isfinite(self.error).any():
-                worst = np.nanmax(np.asarray(self.error) / np.abs(gain))
+                above = np.abs(gain) > 0
+                worst = np.max(np.asarray(self.error)[above] / np.abs(gain[above]), initial=0.0)
                 lines.insert(4, f"  estimated error  {worst:.1e} relative, at most")
         return "\n".join(lines)
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lobex.processes.quantity import Quantity
+from lobex.processes.quantity import Quantity, hertz
 
 if TYPE_CHECKING:
     import xarray
@@ -30,7 +30,7 @@ class March:
         growth_error: estimated error of |multiplier| that the fit leaves, (*lanes,); it falls with more periods.
         steps_per_period: steps per delay.
         quantity: what the gain is.
-        speed_unit: "Hz" or "rpm", for legends.
+        speed_unit: "Hz", "rpm", or "1" of a process without units, for legends.
         process: the model, as a plain dictionary.
         seconds: wall time, compiling included.
     """
@@ -64,7 +64,7 @@ class March:
         lines = [
             f"March of {self.process['type']}: {self.speed.size} lanes, {self.phase[-1]:.0f} periods of "
             f"{self.steps_per_period} steps",
-            f"  speed            {span(self.speed)} Hz",
+            f"  speed            {span(self.speed)}{hertz(self.speed_unit)}",
             f"  gain             {span(self.gain)} {unit} ({self.quantity.name} {self.quantity.symbol})",
             f"  time step        {span(steps)} s",
             f"  growth           {span(self.growth)} per period, fitted to {_worst(self.growth_error)}",

@@ -11,7 +11,7 @@ import numpy as np
 import xarray
 
 from lobex import _checks
-from lobex.processes.quantity import Quantity
+from lobex.processes.quantity import Quantity, hertz
 from lobex.results.boundary import FORM as BOUNDARY
 from lobex.results.boundary import Boundary, boundary_from
 from lobex.results.chart import Chart
@@ -32,7 +32,6 @@ Result = Chart | Limit | Sensitivities | Boundary | WearMap | SpectrumMap | Marc
 
 _CHART = "lobex chart 2"
 _LIMIT = "lobex limit 1"
-_SPEED = {"long_name": "rotational frequency", "units": "Hz"}
 
 
 def chart_to_dataset(chart: Chart) -> xarray.Dataset:
@@ -42,11 +41,11 @@ def chart_to_dataset(chart: Chart) -> xarray.Dataset:
         data_vars={
             "spectral_radius": (axes, chart.spectral_radius, {"long_name": "spectral radius max|μ|", "units": "1"}),
             "multiplier": (axes, chart.multiplier, {"long_name": "dominant Floquet multiplier μ", "units": "1"}),
-            "chatter_frequency": (axes, chart.chatter_frequency, {"long_name": "chatter frequency", "units": "Hz"}),
+            "chatter_frequency": (axes, chart.chatter_frequency, _in_hertz(chart, "chatter frequency")),
             "error": (axes, chart.error, {"long_name": "estimated relative error of max|μ|", "units": "1"}),
         },
         coords={
-            "speed": ("speed", chart.speed, _SPEED),
+            "speed": ("speed", chart.speed, _in_hertz(chart, "rotational frequency")),
             "gain": ("gain", chart.gain, {"long_name": chart.quantity.name, "units": chart.quantity.unit}),
         },
         attrs={**_attributes(chart, _CHART), "failed": chart.failed, "repeated": chart.repeated},
@@ -59,7 +58,7 @@ def limit_to_dataset(limit: Limit) -> xarray.Dataset:
     return xarray.Dataset(
         data_vars={
             "gain": ("speed", limit.gain, {"long_name": f"critical {limit.quantity.name}", "units": unit}),
-            "chatter_frequency": ("speed", limit.chatter_frequency, {"long_name": "chatter frequency", "units": "Hz"}),
+            "chatter_frequency": ("speed", limit.chatter_frequency, _in_hertz(limit, "chatter frequency")),
             "kind": ("speed", limit.kind_code, _flags("how the dominant multiplier leaves the unit circle", Kind)),
             "status": ("speed", limit.status_code, _flags("what became of the search", Status)),
             "stable_interval": (
@@ -69,9 +68,13 @@ def limit_to_dataset(limit: Limit) -> xarray.Dataset:
             ),
             "error": ("speed", limit.error, {"long_name": "estimated error of the gain", "units": unit}),
         },
-        coords={"speed": ("speed", limit.speed, _SPEED)},
+        coords={"speed": ("speed", limit.speed, _in_hertz(limit, "rotational frequency"))},
         attrs={**_attributes(limit, _LIMIT), "bounds": np.asarray(limit.bounds, dtype=float)},
     )
+
+
+def _in_hertz(result: Chart | Limit, name: str) -> dict[str, str]:
+    return {"long_name": name, "units": hertz(result.speed_unit).strip() or "1"}
 
 
 def _attributes(result: Chart | Limit, form: str) -> dict[str, Any]:

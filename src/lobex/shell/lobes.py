@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lobex.processes.quantity import hertz
 from lobex.shell import arguments
 from lobex.shell.models import check_discretization, method_of, output_files, process_of, speeds_and_gains
 from lobex.shell.shares import shared
@@ -39,14 +40,15 @@ def run_lobes(command: arguments.Lobes) -> None:
 
 def _summary(chart: "Chart") -> str:
     critical = chart.critical_gain()
-    quantity, scale = chart.quantity, (60 if chart.speed_unit == "rpm" else 1)
+    quantity = chart.quantity
+    scale, unit = (60, " rpm") if chart.speed_unit == "rpm" else (1, hertz(chart.speed_unit))
     missing = int(np.sum(np.isnan(critical)))
     if missing == len(critical):
-        return "  no stability limit in the range of gains, at any speed"
+        return "  no stability limit could be read from the grid of gains, at any speed"
     lowest = int(np.nanargmin(critical))
     line = (
         f"  smallest limit   {quantity.symbol} = {critical[lowest]:.6g} {quantity.unit} at "
-        f"{chart.speed[lowest] * scale:.6g} {chart.speed_unit} (read from the grid)"
+        f"{chart.speed[lowest] * scale:.6g}{unit} (read from the grid)"
     )
     return line + (f"\n  no limit found   at {missing} of {len(critical)} speeds in this range" if missing else "")
 

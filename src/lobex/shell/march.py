@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lobex import _checks
+from lobex.processes.quantity import hertz
 from lobex.shell.march_arguments import MOST_LANES, March, MarchFlags, MarchRub, MarchTurning, parse_values
 from lobex.shell.models import output_files, process_of
 
@@ -84,11 +85,11 @@ def _comparison(
     """One line per lane: what was found beside what the monodromy operator says."""
     from lobex.marches.lanes import in_unit
 
-    factor, unit = (60, "rpm") if process.speed_unit == "rpm" else (1, "Hz")
+    factor, unit = (60, " rpm") if process.speed_unit == "rpm" else (1, hertz(process.speed_unit))
     rows = []
     for lane, radius in enumerate(predicted):
         found = "" if growth is None else f"growth {growth[lane]:.6f} per period, "
-        point = f"{speed[lane] * factor:.6g} {unit}, {process.gain.symbol} = {in_unit(gain[lane], process.gain.unit)}"
+        point = f"{speed[lane] * factor:.6g}{unit}, {process.gain.symbol} = {in_unit(gain[lane], process.gain.unit)}"
         rows.append(f"  at {point}: {found}predicted max|μ| {radius:.6f}, {'unstable' if radius > 1 else 'stable'}")
     return rows
 

@@ -10,6 +10,7 @@ from lobex.grids import sweep as grids
 from lobex.grids.choice import chosen_method
 from lobex.operators.duhamel import Duhamel
 from lobex.operators.operator import Method
+from lobex.processes.plausible import implausible
 from lobex.processes.process import Process, check_gain, check_process, check_speed
 from lobex.results.chart import Chart
 from lobex.results.description import describe
@@ -101,8 +102,9 @@ def sweep(
 
     Warns:
         SweepWarning: when points failed (they are NaN), or miss the tolerance, when the method's samples are too
-            few to follow the first mode at the lowest speed, when all speeds lie above every lobe, or when chunks of
-            the store were damaged (they are computed again).
+            few to follow the first mode at the lowest speed, or when chunks of the store were damaged (they are
+            computed again).
+        LobexWarning: for numbers that can hardly be meant: speeds in rpm, damping in per cent, depths in mm.
     """
     if over is None and store is None and processes is None:
         return grids.sweep(process, speed, gain, method, progress=progress)
@@ -120,7 +122,8 @@ def sweep(
         variation=variation,
         speed=speeds,
         settings={"gain": gains.tolist(), "method": describe(method)},
-        compute=lambda model, part: grids.sweep(model, part, gains, method),
+        compute=lambda model, part: grids.sweep(model, part, gains, method, plausible=False),
+        implausible=lambda model: implausible(model, speeds, gains),
         points=len(gains),
         lanes=max(_points_of_a_chunk(method, first, float(speeds[0])) // len(gains), 1),
         bytes=COPIES * _BYTES * len(gains),

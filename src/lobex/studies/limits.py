@@ -11,6 +11,7 @@ from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids.choice import chosen_method
 from lobex.limits import critical
 from lobex.operators.operator import Method
+from lobex.processes.plausible import implausible
 from lobex.processes.process import Process, check_process, check_speed
 from lobex.results.description import describe
 from lobex.results.limit import Limit
@@ -97,8 +98,9 @@ def critical_gain(
             the process can have, a scan of fewer than 3 gains, and axes or stores as ``sweep`` refuses them.
 
     Warns:
-        SweepWarning: when the method's samples are too few to follow the first mode at the lowest speed, when
-            all speeds lie above every lobe, or when chunks of the store were damaged (they are computed again).
+        SweepWarning: when the method's samples are too few to follow the first mode at the lowest speed, or when
+            chunks of the store were damaged (they are computed again).
+        LobexWarning: for numbers that can hardly be meant: speeds in rpm, damping in per cent, depths in mm.
     """
     if over is None and store is None and processes is None:
         return critical.critical_gain(process, speed, bounds, method, scan=scan, progress=progress)
@@ -119,7 +121,8 @@ def critical_gain(
         variation=variation,
         speed=speeds,
         settings={"bounds": describe(bounds), "method": describe(method), "scan": describe(scan)},
-        compute=lambda model, part: critical.critical_gain(model, part, bounds, method, scan=scan),
+        compute=lambda model, part: critical.critical_gain(model, part, bounds, method, scan=scan, plausible=False),
+        implausible=lambda model: implausible(model, speeds, bounds[0]),
         points=1,
         lanes=_BY_ROOTS if isinstance(chosen, CharacteristicRoots) else _BY_OPERATORS,
         bytes=COPIES * _BYTES,

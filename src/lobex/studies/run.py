@@ -9,7 +9,7 @@ from typing import Any
 import xarray
 from tqdm import tqdm
 
-from lobex.grids.sweep import SweepWarning
+from lobex._warnings import SweepWarning, warn
 from lobex.results.netcdf import in_parts
 from lobex.results.study import Study
 from lobex.studies.axes import in_words, numbers_at
@@ -133,6 +133,9 @@ class _Work:
         combination, lanes = self.plan.chunk(number)
         if combination not in self.models:
             self.models = {combination: self.task.variation.at(combination)}
+            with self.collected.listening():
+                for message in self.task.implausible(self.models[combination]):
+                    warn(message)
         try:
             with self.collected.listening():
                 result: Any = self.task.compute(self.models[combination], self.task.speed[lanes])

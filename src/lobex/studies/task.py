@@ -32,6 +32,7 @@ class Task:
         speed: the speeds, one per lane, (n,) or (n, revolutions).
         settings: the other arguments, as a manifest tells them.
         compute: the verb at a model and some of the speeds.
+        implausible: what is implausible about a model, all speeds, and the other arguments, in words.
         points: points per lane, for the progress bar.
         lanes: lanes that make up a chunk of a few seconds.
         bytes: memory that the results of one lane take while they are computed and written.
@@ -42,6 +43,7 @@ class Task:
     speed: np.ndarray
     settings: dict[str, Any]
     compute: Callable[[Any, np.ndarray], Result]
+    implausible: Callable[[Any], list[str]]
     points: int
     lanes: int
     bytes: int

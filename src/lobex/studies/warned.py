@@ -5,7 +5,7 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 
-from lobex.grids.sweep import SweepWarning
+from lobex._warnings import LobexWarning
 
 _NUMBER = re.compile(r"[-+]?\d[\d.]*(?:e[-+]?\d+)?(?:, …)?")
 
@@ -21,7 +21,7 @@ class Collected:
     def listening(self) -> Iterator[None]:
         """Hold back what is warned of within."""
         with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always", SweepWarning)
+            warnings.simplefilter("always", LobexWarning)
             yield
         for warning in caught:
             kind = warning.category, _NUMBER.sub("#", str(warning.message))

@@ -10,6 +10,8 @@ from lobex import _checks
 from lobex.contact.casing import Casing
 from lobex.contact.laws import ContactLaw
 from lobex.marches import wear
+from lobex.processes.plausible import implausible
+from lobex.processes.regenerative import Rub
 from lobex.results.wear_map import WearMap
 from lobex.structures.modes import Modes
 from lobex.studies.axes import Variation, axes_of
@@ -90,13 +92,15 @@ def march_wear(
 
     Raises:
         ValueError: for speeds that are not finite and positive or can only be rpm, for numbers that are not whole and
-            positive, for a casing of another number of cells, for fewer steps than central differences are stable
-            with (the message names the speed and the steps that it needs), and axes or stores as ``sweep`` refuses
+            positive, for a casing of another number of cells, for fewer than 8 cells per bump or 8 steps per wave of
+            the first mode or of what the contact can feed, or fewer steps than central differences are stable with
+            (the message names the speed and the steps that it needs), and axes or stores as ``sweep`` refuses
             them.
 
     Warns:
         SweepWarning: when lanes blew up: they are NaN and their speeds are named; or when chunks of the store were
             damaged (they are computed again).
+        LobexWarning: for numbers that can hardly be meant: speeds in rpm, damping in per cent.
     """
     turns: dict[str, Any] = {
         "revolutions": revolutions,
@@ -120,7 +124,8 @@ def march_wear(
         variation=variation,
         speed=speeds,
         settings=turns,
-        compute=lambda model, part: wear.march_wear(**model, speed=part, **turns),
+        compute=lambda model, part: wear.march_wear(**model, speed=part, **turns, plausible=False),
+        implausible=lambda model: implausible(Rub(model["modes"]), speeds),
         points=revolutions,
         lanes=max(min(_LANES, _STEPS // steps), 1),
         bytes=COPIES * 8 * (2 * steps_per_revolution + revolutions * (2 * samples_per_revolution + 16)),

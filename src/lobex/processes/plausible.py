@@ -1,0 +1,109 @@
+"""What is accepted but can hardly be meant: speeds in rpm, damping in per cent, depths in millimetres.
+
+Errors are for what no model can have (``check_speed``, ``check_gain``, ``check_modes``). Overdamped modes, speeds above
+every lobe and thick cuts exist, so that these are warnings. A process whose ``speed_unit`` is "1" has no
+units, and only its damping is looked at.
+"""
+
+from typing import Any
+
+import jax
+import numpy as np
+
+from lobex import _checks
+from lobex._warnings import warn
+from lobex.processes.quantity import has_units
+
+Array = Any
+
+# Above every lobe: the first one of a single mode ends at 1 pass per period of the mode.
+FAST = 5.0
+# Per period of the fastest mode, more than any machine passes: such speeds are refused. Not of the first one: a machine
+# may stand on springs.
+TOO_FAST = 60.0
+# Depths of cut from here on, m, are those of millimetres.
+_THICK = 0.1
+
+
+def warn_of_implausible(process: Any, speed: Any, gain: Any = None) -> None:
+    """Warn, at the user's line, of all that is implausible in a call; of nothing where JAX traces a part of it."""
+    for message in implausible(process, speed, gain):
+        warn(message)
+
+
+def implausible(process: Any, speed: Any, gain: Any = None) -> list[str]:
+    """Messages on the numbers of a call that passed its checks: a process, its speeds, Hz, and gains if it has any."""
+    # The modes by themselves as well: a process of one's own may be no pytree.
+    if _is_traced((process, getattr(process, "modes", None), speed, gain)):
+        return []
+    messages = [_overdamped(process)]
+    if has_units(process) and np.size(speed):
+        messages += [_in_rpm(process, np.asarray(speed, dtype=float), gain), _in_millimetres(process, gain)]
+    return [message for message in messages if message is not None]
+
+
+def passes_per_period(process: Any, speed: np.ndarray, fastest: bool = False) -> float | None:
+    """The least number of passes at these speeds per period of the first mode, or of the fastest.
+
+    None without modes, or of traced ones.
+    """
+    modes = getattr(process, "modes", None)
+    frequency = getattr(modes, "angular_frequency", None)
+    response = getattr(modes, "response", None)
+    if any(map(_checks.is_traced, (frequency, response))) or (frequency is None and response is None):
+        return None
+    if frequency is not None:
+        omega = np.asarray(frequency)
+        first = float(omega.max() if fastest else omega.min()) / (2 * np.pi)
+    else:
+        # Of a measurement, the resonance that takes in most power.
+        lines = np.asarray(getattr(modes, "frequency", None))
+        first = float(lines[np.argmax(-lines * np.imag(np.asarray(response)))])
+    return float(np.min(speed)) * getattr(process, "passes", 1) / first
+
+
+def _is_traced(tree: Any) -> bool:
+    return any(map(_checks.is_traced, jax.tree.leaves(tree)))
+
+
+def _overdamped(process: Any) -> str | None:
+    ratio = getattr(getattr(process, "modes", None), "damping_ratio", None)
+    if ratio is None or (largest := float(np.max(np.asarray(ratio)))) < 1:
+        return None
+    return f"damping_ratio = {largest:.6g} lets nothing vibrate; it is a share of critical damping, 0.03 for 3 per cent"
+
+
+def _in_rpm(process: Any, speed: np.ndarray, gain: Any) -> str | None:
+    passes = passes_per_period(process, speed)
+    if passes is None:
+        passes = _passes_of_system(process, speed, gain)
+    if passes is None or passes <= FAST:
+        return None
+    return (
+        f"every speed, from {float(speed.min()):.6g} Hz, passes more than {FAST:.0f} times per period of the first "
+        "mode, above every lobe of it; speeds are revolutions per second, which is rpm/60"
+    )
+
+
+def _passes_of_system(process: Any, speed: np.ndarray, gain: Any) -> float | None:
+    """As ``passes_per_period``, for processes of no modes, by the slowest vibration of their system."""
+    if hasattr(process, "modes") or gain is None:
+        return None
+    system = process.system(float(speed.min()), float(np.max(gain)))
+    if _is_traced(system) or not np.isfinite(blocks := np.asarray(system.blocks)).all():
+        return None
+    turning = float(np.min(np.max(np.imag(np.linalg.eigvals(blocks)), axis=-1)))
+    return None if turning <= 0 else 2 * np.pi / (turning * float(np.asarray(system.delay)))
+
+
+def _in_millimetres(process: Any, gain: Any) -> str | None:
+    if gain is None or process.gain.unit != "m":
+        return None
+    depths = np.asarray(gain, dtype=float)
+    cutting = depths[depths > 0]
+    if not cutting.size or cutting.min() < _THICK:
+        return None
+    return (
+        f"{process.gain.name} = {float(cutting.min()):.6g} m{' or more' if cutting.size > 1 else ''} is more than a "
+        "tool cuts; depths are in m, 0.002 for 2 mm"
+    )
