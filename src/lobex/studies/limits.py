@@ -98,7 +98,8 @@ def critical_gain(
 
     Warns:
         SweepWarning: when the method's samples are too few to follow the first mode at the lowest speed, when
-            all speeds lie above every lobe, or when chunks of the store were damaged (they are computed again).
+            all speeds lie above every lobe, when an estimated error leaves open what is stable, or when chunks of
+            the store were damaged (they are computed again).
     """
     if over is None and store is None and processes is None:
         return critical.critical_gain(process, speed, bounds, method, scan=scan, progress=progress)
