@@ -1,6 +1,7 @@
 """Boundaries as curves: against D-subdivision, Mathieu's characteristic values, re-entrant milling, and coarse maps."""
 
 from dataclasses import replace
+from importlib import import_module
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -184,6 +185,20 @@ def test_a_coarse_grid_of_speeds_is_warned_of(chart):
     assert waves == pytest.approx(frequency * (1 / 80 - 1 / 125))
     with pytest.warns(lobex.SweepWarning, match="of a lobe of the mode at"):
         lobex.boundary(thinned(chart, 8, 4))
+
+
+def test_vertices_of_too_large_an_error_are_warned_of(chart, monkeypatch):
+    module = import_module("lobex.limits.boundary")
+    evaluate = module.dominant_at_points
+
+    def coarsely(*arguments):
+        found = evaluate(*arguments)
+        return found._replace(error=np.full_like(found.error, np.inf))
+
+    monkeypatch.setattr(module, "dominant_at_points", coarsely)
+    with pytest.warns(lobex.SweepWarning) as caught:
+        lobex.boundary(thinned(chart, 8, 4))
+    assert any("vertices have an estimated error above the tolerance 1e-08" in str(w.message) for w in caught)
 
 
 def test_modes_beyond_reach_of_the_gain_do_not_count():

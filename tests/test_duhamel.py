@@ -90,6 +90,8 @@ def test_chosen_nodes_keep_the_tolerance_and_the_estimate_bounds_the_error(proce
     assert np.nanmax(chart.error) <= 1e-8
     assert error.max() < 1e-8
     assert np.all(error <= np.maximum(chart.error, 3e-11))
+    # No number claims more than an ulp.
+    assert np.nanmin(chart.error) > np.finfo(float).eps
     other = lobex.sweep(process, speeds, gains, lobex.Chebyshev(90))
     assert chart.chatter_frequency == pytest.approx(other.chatter_frequency, rel=1e-6, abs=1e-6)
 
@@ -102,7 +104,8 @@ def test_nodes_follow_every_mode_that_might_dominate():
     chart = lobex.sweep(process, speeds, gains, lobex.Duhamel())
     exact = lobex.spectral_radius(process, speeds[:, None], gains, lobex.Chebyshev(100))
     assert chart.spectral_radius == pytest.approx(exact, rel=1e-8)
-    blind = lobex.sweep(process, [150.0], [gains[1]], lobex.Duhamel(nodes=42))
+    with pytest.warns(lobex.SweepWarning, match="1 of 1 points have an estimated error"):
+        blind = lobex.sweep(process, [150.0], [gains[1]], lobex.Duhamel(nodes=42))
     assert np.isinf(blind.error[0, 0])
 
 

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from importlib import import_module
 
 import jax
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 import lobex
 from cases import LIMIT_CASES, MILL, MULTIPLIER_TOOLS, ROD, milling, rub
 from lobex.floquet import dense, power
+from lobex.grids.dominant import Dominant
 
 GRIDS = [
     (ROD, np.linspace(50, 400, 12), np.linspace(4.5e4, 4.5e6, 11), lobex.Chebyshev(40)),
@@ -91,6 +93,53 @@ def test_powers_meet_a_known_pair():
     assert complex(value) == pytest.approx(1.1 * np.exp(2j), rel=1e-11)
     assert float(residual) < 1e-10
     assert np.asarray(left) @ matrix == pytest.approx(complex(value) * np.asarray(left), abs=1e-9)
+
+
+@pytest.mark.parametrize("second", [0.4, 1.29])
+@pytest.mark.parametrize("angle", [0.0, 2.0])
+def test_left_vectors_belong_to_the_pair(angle, second):
+    # Beside a dominant pair or a dominant real number with another of nearly its modulus.
+    basis = np.random.default_rng(7).standard_normal((20, 20))
+    matrix = np.diag(np.r_[1.3, second, -0.3, np.linspace(0.2, 0, 17)])
+    if angle:
+        turn = 1.3 * np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        matrix[:2, :2] = turn
+    matrix = basis @ matrix @ np.linalg.inv(basis)
+    with jax.enable_x64(True):
+        value, right, left = map(power.as_complex, power.dominant(matrix, 9))
+        other = dense.left_vector(matrix, value, right)
+    values, vectors = np.linalg.eig(matrix.T)
+    expected = vectors[:, np.argmin(np.abs(values - complex(value)))]
+    expected = expected / (expected @ np.asarray(right))
+    scale = np.abs(expected).max()
+    assert complex(value) == pytest.approx(1.3 * np.exp(1j * angle), rel=1e-10)
+    assert np.asarray(left) == pytest.approx(expected, abs=1e-4 * scale)
+    assert np.asarray(other) == pytest.approx(expected, abs=1e-6 * scale)
+
+
+@pytest.mark.parametrize("method", [None, lobex.Duhamel(nodes=40), lobex.Chebyshev(40), lobex.Duhamel(tolerance=1e-4)])
+def test_errors_above_the_tolerance_are_warned_of_whatever_computed_them(method, monkeypatch):
+    def computed(process, speeds, gains, method, progress):
+        error = np.array([[0.0, 1e-7, np.inf], [1e-9, 1e-3, np.nan]])
+        return Dominant(np.full((2, 3), 0.5 + 0j), np.zeros((2, 3)), error, np.zeros((2, 3), dtype=int), 0)
+
+    monkeypatch.setattr(import_module("lobex.grids.sweep"), "dominant_over_grid", computed)
+    above = "2 of 6 .* above the tolerance 0.0001" if method == lobex.Duhamel(tolerance=1e-4) else "3 of 6 .* 1e-08"
+    with pytest.warns(lobex.SweepWarning, match=above):
+        lobex.sweep(ROD, [100.0, 200.0], [1e5, 1e6, 2e6], method)
+
+
+def test_a_scan_that_leaves_stability_open_is_warned_of(monkeypatch):
+    def computed(process, speeds, gains, method, progress):
+        # One that is surely stable in spite of its error, and two that may not be.
+        error = np.array([[0.0, 1e-3, 1.0, np.inf, 1e-9]])
+        shape = error.shape
+        return Dominant(np.full(shape, 0.5 + 0j), np.zeros(shape), error, np.full(shape, 12), 0)
+
+    monkeypatch.setattr(import_module("lobex.limits.scan"), "dominant_over_grid", computed)
+    with pytest.warns(lobex.SweepWarning, match="2 of 5 samples of the scan have an estimated error"):
+        limit = lobex.critical_gain(ROD, 100.0, (1e5, 1e6), lobex.Duhamel(), scan=5)
+    assert limit.status == ["none in range"]
 
 
 @pytest.mark.parametrize("case", [c for c in LIMIT_CASES if c["problem"] == "rod-rub"][:3])

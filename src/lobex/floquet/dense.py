@@ -7,6 +7,8 @@ import jax.numpy as jnp
 
 Array = Any
 
+_BESIDE = 1e-8
+
 
 class Triple(NamedTuple):
     """A multiplier (Im ≥ 0 of a pair), its unit right vector v, Uv = μv, and its left vector w, wᵀU = μwᵀ."""
@@ -28,6 +30,16 @@ def dominant_pair(matrix: Array) -> tuple[Array, Array]:
     values, vectors = jnp.linalg.eig(matrix)
     index = jnp.argmax(jnp.abs(values))
     return upper_half(values[index], vectors[:, index])
+
+
+def left_vector(matrix: Array, value: Array, right: Array) -> Array:
+    """The left vector w, wᵀv = 1, of an eigenvalue of (N, N) with its right vector v, by one inverse step.
+
+    From a shift beside the eigenvalue, which is not told apart from others that are closer than the shift.
+    """
+    shift = value + _BESIDE * jnp.abs(value)
+    left = jnp.linalg.solve((matrix - shift * jnp.eye(jnp.shape(matrix)[-1])).T, right.conj())
+    return left / (left @ right)
 
 
 def triple(matrix: Array) -> Triple:

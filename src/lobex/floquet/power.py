@@ -20,10 +20,11 @@ _NEGLIGIBLE = 1e-5
 
 
 class Pair(NamedTuple):
-    """A multiplier μ with Im ≥ 0, (2,), and its unit vector v, Uv = μv, (N, 2)."""
+    """A multiplier μ with Im ≥ 0, (2,), its unit vector v, Uv = μv, (N, 2), and its left vector w, wᵀv = 1, (N, 2)."""
 
     value: Array
     vector: Array
+    left: Array
 
 
 def dominant(matrix: Array, squarings: Array) -> Pair:
@@ -35,9 +36,9 @@ def dominant(matrix: Array, squarings: Array) -> Pair:
     """
     power = _power(matrix, squarings - _BY_VECTOR)
     # The right space from the left one: no start vector is orthogonal to itself.
-    start = power.T @ _start(matrix)
-    start = jax.lax.fori_loop(0, 2**_BY_VECTOR, lambda _, vector: _unit(power @ vector), start)
-    return _in_plane(matrix, start)
+    left = _unit(power.T @ _start(matrix))
+    right = jax.lax.fori_loop(0, 2**_BY_VECTOR, lambda _, vector: _unit(power @ vector), left)
+    return _in_plane(matrix, right, left)
 
 
 def dominant_triple(matrix: Array, squarings: Array) -> tuple[Triple, Array]:
@@ -47,10 +48,11 @@ def dominant_triple(matrix: Array, squarings: Array) -> tuple[Triple, Array]:
     ones; they are then orthogonal.
     """
     power = _power(matrix, squarings)
-    start = power.T @ _start(matrix)
-    sides = [_in_plane(matrix, power @ start), _in_plane(matrix.T, start)]
+    left = power.T @ _start(matrix)
+    right = power @ left
+    sides = [_in_plane(matrix, right, left), _in_plane(matrix.T, left, right)]
     residuals = [residual(side, pair) for side, pair in zip((matrix, matrix.T), sides, strict=True)]
-    value, right = (as_complex(part) for part in sides[0])
+    value, right = (as_complex(part) for part in sides[0][:2])
     return Triple(value, right, as_complex(sides[1].vector)), jnp.maximum(*residuals)
 
 
@@ -81,8 +83,11 @@ def _start(matrix: Array) -> Array:
     return jnp.asarray(np.random.default_rng(7).standard_normal(jnp.shape(matrix)[-1]), dtype=matrix.dtype)
 
 
-def _in_plane(matrix: Array, start: Array) -> Pair:
-    """The larger eigenvalue, with Im ≥ 0, and its vector, in the plane of U·start and U²·start."""
+def _in_plane(matrix: Array, start: Array, left: Array) -> Pair:
+    """The larger eigenvalue, with Im ≥ 0, and its vector, in the plane of U·start and U²·start.
+
+    Its left vector is what ``left``, near the left plane, holds once the other eigenvalue is taken out of it.
+    """
     first = _unit(matrix @ start)
     image = matrix @ first
     second = image - (first @ image) * first
@@ -106,7 +111,11 @@ def _in_plane(matrix: Array, start: Array) -> Pair:
     x = jnp.where(jnp.sum(one**2) > jnp.sum(two**2), one, two)
     x = jnp.where(weight > 0, x, jnp.array([[1.0, 0.0], [0.0, 0.0]]))
     x = x / jnp.sqrt(jnp.sum(x**2))
-    return Pair(jnp.stack([real, imaginary]), first[:, None] * x[0] + second[:, None] * x[1])
+    vector = first[:, None] * x[0] + second[:, None] * x[1]
+    mirrored = jnp.stack([left @ matrix - (a + d - real) * left, imaginary * left], axis=-1)
+    (p, q), (r, s) = mirrored.T @ vector
+    met = jnp.stack([p - s, -q - r])
+    return Pair(jnp.stack([real, imaginary]), vector, mirrored @ rotation(met) / jnp.sum(met**2))
 
 
 def _unit(vector: Array) -> Array:

@@ -8,6 +8,14 @@ from lobex.operators.operator import Method
 from lobex.processes.process import Process
 from lobex.verbs import check_method
 
+# Estimated relative error of |μ| that is enough where nobody chose another.
+TOLERANCE = 1e-8
+
+
+def tolerance_of(method: Any) -> float:
+    """The estimated relative error of |μ| above which a point is warned of, whatever computed it."""
+    return getattr(method, "tolerance", TOLERANCE)
+
 
 def check_sweep_method(method: Any) -> None:
     """Require None, ``CharacteristicRoots()``, or something that makes a monodromy operator."""

@@ -11,7 +11,7 @@ class Dominant(NamedTuple):
     Attributes:
         multiplier: μ, Im ≥ 0, NaN where a point failed.
         frequency: chatter frequency, Hz.
-        error: estimated relative error of |μ| by discretisation, NaN where the method gives none.
+        error: estimated relative error of |μ| by discretisation and rounding, NaN where the method gives none.
         nodes: how many nodes per piece it took, where the method chooses; 0 elsewhere.
         dense_points: how many points the dense solver had to settle.
     """

@@ -136,7 +136,7 @@ def _dominant(
             residual = jnp.zeros(())
         else:
             pair = power.dominant(operator.matrix, squarings)
-            value, vector, residual = *map(power.as_complex, pair), power.residual(operator.matrix, pair)
+            value, vector, residual = *map(power.as_complex, pair[:2]), power.residual(operator.matrix, pair)
         return value, chatter_frequency(operator, system.delay, value, vector), residual
 
     return over_points(point, speed, gain)

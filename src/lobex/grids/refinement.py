@@ -15,7 +15,7 @@ from tqdm import tqdm
 from lobex._devices import on_device
 from lobex.floquet import dense, power
 from lobex.floquet.chatter import carrier_frequency
-from lobex.floquet.power import as_complex, as_pair
+from lobex.floquet.power import Pair, as_complex, as_pair
 from lobex.grids.dominant import Dominant
 from lobex.operators.duhamel import Duhamel
 from lobex.operators.elimination import inverse
@@ -96,7 +96,7 @@ class _Refinement:
             if len(row) >= _MANY:
                 list(pool.map(lambda call: call(), self._rehearsals(start, speeds[0], gain[0])))
             for mine, slab in pool.map(work, range(len(edges) - 1)):
-                multiplier[mine], frequency[mine], error[mine] = slab.multiplier, slab.frequency, slab.error
+                multiplier[mine], frequency[mine], error[mine] = slab.multiplier, slab.frequency, slab.whole_error
                 nodes[mine] = np.asarray(self.sizes)[slab.size]
                 dense_points += slab.dense_points
                 bar.update(len(mine))
@@ -162,7 +162,7 @@ class _Slab:
     def __init__(self, whole: _Refinement, speeds: np.ndarray, row: np.ndarray, gain: np.ndarray) -> None:
         self.whole, self.speeds, self.row, self.gain = whole, speeds, row, gain
         self.multiplier = np.full(len(row), np.nan, dtype=np.complex128)
-        self.frequency, self.error, self.defect = (np.full(len(row), np.nan) for _ in range(3))
+        self.frequency, self.error, self.rounding, self.defect = (np.full(len(row), np.nan) for _ in range(4))
         self.size = np.zeros(len(row), dtype=int)
         self.dense_points = 0
 
@@ -178,6 +178,11 @@ class _Slab:
                 coarse = points[self.error[points] > self.whole.method.tolerance]
                 waiting[coarse] = index + 1
 
+    @property
+    def whole_error(self) -> np.ndarray:
+        """By nodes, of which more help, and by rounding, where none do."""
+        return self.error + self.rounding
+
     def _settle(self, points: np.ndarray, method: Duhamel) -> None:
         """Compute points with the nodes of ``method``, with more effort where the pair does not settle."""
         speeds = np.resize(self.speeds, _SPEEDS)
@@ -185,7 +190,8 @@ class _Slab:
         for effort in _EFFORTS:
             self.dense_points += (effort == 0) * len(points)
             self.evaluate(prepared, points, method, effort)
-            points = points[~(self.defect[points] < _SETTLED)]
+            settled = (self.defect[points] < _SETTLED) & (self.rounding[points] < self.whole.method.tolerance)
+            points = points[~settled]
             if not len(points):
                 return
 
@@ -193,7 +199,7 @@ class _Slab:
         """Put the results of points in their places, a batch at a time, the last filled up with repeats."""
         densely = effort == 0
         size = _FEW if densely else self._batch(method)
-        targets = (self.multiplier, self.frequency, self.error, self.defect)
+        targets = (self.multiplier, self.frequency, self.error, self.rounding, self.defect)
         for begin in range(0, len(points), size):
             part = points[begin : begin + size]
             filled = np.resize(part, size)
@@ -229,19 +235,20 @@ def _dominant(
     method: Duhamel,
     squarings: Array,
     densely: bool,
-) -> tuple[Array, Array, Array, Array]:
-    """Dominant multipliers, chatter frequencies, estimated errors and defects at points."""
+) -> tuple[Array, ...]:
+    """Dominant multipliers, chatter frequencies, estimated errors by nodes and by rounding, and defects at points."""
 
-    def point(row: Array, speed: Array, gain: Array) -> tuple[Array, Array, Array, Array]:
+    def point(row: Array, speed: Array, gain: Array) -> tuple[Array, ...]:
         system = process.system(speed, gain)
         mine = jax.tree.map(lambda part: part[row], prepared)
         matrix = method.assemble(mine, system.feedback, jnp.linalg.inv if densely else inverse)
         if densely:
-            value, vector = map(as_pair, dense.dominant_pair(matrix))
+            value, vector = dense.dominant_pair(matrix)
+            pair = Pair(*map(as_pair, (value, vector, dense.left_vector(matrix, value, vector))))
         else:
-            value, vector = power.dominant(matrix, squarings)
-        motion = method.motion(mine, system, value, vector)
-        frequency = carrier_frequency(motion.phase, motion.weight, motion.output, system.delay, value)
-        return as_complex(value), frequency, motion.error, motion.defect
+            pair = power.dominant(matrix, squarings)
+        motion = method.motion(mine, system, pair)
+        frequency = carrier_frequency(motion.phase, motion.weight, motion.output, system.delay, pair.value)
+        return as_complex(pair.value), frequency, motion.error, motion.rounding, motion.defect
 
     return jax.vmap(point)(row, speed, gain)

@@ -10,10 +10,9 @@ import numpy as np
 from lobex import _checks
 from lobex._warnings import SweepWarning
 from lobex.characteristic.method import CharacteristicRoots
-from lobex.grids.choice import check_sweep_method, chosen_method
+from lobex.grids.choice import check_sweep_method, chosen_method, tolerance_of
 from lobex.grids.evaluation import dominant_over_grid
 from lobex.grids.resolution import oddities
-from lobex.operators.duhamel import Duhamel
 from lobex.operators.operator import Method
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_gain, check_process, check_speed
@@ -59,9 +58,10 @@ def sweep(
             SweepWarning,
             stacklevel=3,
         )
-    if isinstance(method, Duhamel) and method.nodes is None and (coarse := int(np.sum(error > method.tolerance))):
+    tolerance = tolerance_of(method)
+    if coarse := int(np.sum(error > tolerance)):
         warnings.warn(
-            f"{coarse} of {multiplier.size} points have an estimated error above the tolerance {method.tolerance:g}; "
+            f"{coarse} of {multiplier.size} points have an estimated error above the tolerance {tolerance:g}; "
             "their error is in the chart",
             SweepWarning,
             stacklevel=3,

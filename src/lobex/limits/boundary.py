@@ -11,7 +11,7 @@ import numpy as np
 
 from lobex import _checks
 from lobex.characteristic.method import CharacteristicRoots
-from lobex.grids.choice import operator_of
+from lobex.grids.choice import operator_of, tolerance_of
 from lobex.grids.evaluation import dominant_at_points
 from lobex.grids.sweep import SweepWarning, sweep
 from lobex.limits.batches import in_batches
@@ -80,7 +80,8 @@ def boundary(
             grids of fewer than two values, and whatever ``sweep`` refuses.
 
     Warns:
-        SweepWarning: when vertices were dropped, when a cell spans more than a quarter of a lobe, and as ``sweep``.
+        SweepWarning: when vertices were dropped or have too large an estimated error, when a cell spans more than a
+            quarter of a lobe, and as ``sweep``.
     """
     begun = time.perf_counter()
     if isinstance(source, Chart):
@@ -98,7 +99,7 @@ def boundary(
     with jax.enable_x64(True):
         process = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=np.float64), process)
         waves, fastest, where = waves_per_cell(process, chart.speed, float(np.abs(chart.gain).max()))
-        curves, residual, dropped, unresolved = _trace(process, chosen, chart)
+        curves, residual, dropped, unresolved, coarse = _trace(process, chosen, chart)
     if waves > MOST_WAVES:
         warnings.warn(
             f"near speed = {where:.6g} Hz a cell spans {waves:.2g} of a lobe of the mode at {fastest:.6g} Hz, "
@@ -110,6 +111,13 @@ def boundary(
         warnings.warn(
             f"{dropped} vertices were dropped, at which max|μ| = 1 could not be met to {_POLISHED:g}; "
             "take a finer map or method",
+            SweepWarning,
+            stacklevel=2,
+        )
+    if coarse:
+        warnings.warn(
+            f"{coarse} vertices have an estimated error above the tolerance {tolerance_of(chosen):g}; "
+            "give a chart of a method with more nodes",
             SweepWarning,
             stacklevel=2,
         )
@@ -135,8 +143,11 @@ def _of_fixed_size(method: Method | CharacteristicRoots) -> Method:
     return replace(operator, nodes=operator.count) if isinstance(operator, Duhamel) else operator
 
 
-def _trace(process: Process, method: Method, chart: Chart) -> tuple[tuple[BoundaryCurve, ...], float, int, int]:
-    """Curves, the largest growth left on them, vertices dropped, and chords that do not lead along a curve."""
+def _trace(process: Process, method: Method, chart: Chart) -> tuple[tuple[BoundaryCurve, ...], float, int, int, int]:
+    """Curves, the largest growth left on them, and how much is amiss.
+
+    That is vertices dropped, chords that do not lead along a curve, and vertices of too large an estimated error.
+    """
 
     def sample(speed: np.ndarray, gain: np.ndarray) -> np.ndarray:
         return _log(dominant_at_points(process, speed, gain, method).multiplier)
@@ -167,7 +178,8 @@ def _trace(process: Process, method: Method, chart: Chart) -> tuple[tuple[Bounda
             part = np.r_[part, part[0]]
         curves.append(_curve(every[part], found.frequency[part], found.multiplier[part], closed))
     curves.sort(key=lambda c: -len(c.speed))
-    return tuple(curves), float(np.max(left[good], initial=0.0)), int(np.sum(~good)), len(lost)
+    coarse = int(np.sum(good & (found.error > tolerance_of(method))))
+    return tuple(curves), float(np.max(left[good], initial=0.0)), int(np.sum(~good)), len(lost), coarse
 
 
 def _curve(place: np.ndarray, frequency: np.ndarray, multiplier: np.ndarray, closed: bool) -> BoundaryCurve:

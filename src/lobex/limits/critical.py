@@ -12,7 +12,7 @@ import numpy as np
 from lobex import _checks
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.floquet import power
-from lobex.grids.choice import check_sweep_method, chosen_method, operator_of
+from lobex.grids.choice import check_sweep_method, chosen_method, operator_of, tolerance_of
 from lobex.grids.resolution import oddities
 from lobex.grids.sweep import SweepWarning
 from lobex.limits.axis import changes_on_axis
@@ -72,7 +72,9 @@ def critical_gain(
         warnings.warn(message, SweepWarning, stacklevel=3)
     with jax.enable_x64(True):
         process = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=np.float64), process)
-        parts = _search(process, speeds, gains, method, progress)
+        parts, doubts = _search(process, speeds, gains, method, progress)
+    if doubts:
+        warnings.warn(doubts, SweepWarning, stacklevel=3)
     return _limit(process, speeds, gains, method, time.perf_counter() - begun, **parts)
 
 
@@ -98,34 +100,39 @@ def _limit(
 
 def _search(
     process: Process, speeds: np.ndarray, gains: np.ndarray, method: Method | CharacteristicRoots, progress: bool
-) -> dict[str, np.ndarray]:
+) -> tuple[dict[str, np.ndarray], str]:
+    """The fields of the limits, and what is to be warned of."""
     if not isinstance(method, CharacteristicRoots):
         return _by_operator(process, speeds, gains, method, progress)
     stable, settled, changes = changes_on_axis(process, speeds, float(gains[0]), float(gains[-1]))
     parts = _assembled(stable, np.full(len(speeds), np.inf), changes, gains)
     left = np.flatnonzero(~settled)
     if not left.size:
-        return parts
-    others = _by_operator(process, speeds[left], gains, operator_of(method), progress)
+        return parts, ""
+    others, doubts = _by_operator(process, speeds[left], gains, operator_of(method), progress)
     wide = [max(part["intervals"].shape[1] for part in (parts, others))]
     for target in (parts, others):
         missing = wide[0] - target["intervals"].shape[1]
         target["intervals"] = np.pad(target["intervals"], ((0, 0), (0, missing), (0, 0)), constant_values=np.nan)
     for name, values in parts.items():
         values[left] = others[name]
-    return parts
+    return parts, doubts
 
 
 def _by_operator(
     process: Process, speeds: np.ndarray, gains: np.ndarray, method: Method, progress: bool
-) -> dict[str, np.ndarray]:
+) -> tuple[dict[str, np.ndarray], str]:
     scan = scan_gains(process, method, speeds, gains, progress)
     changes = polished(process, method, speeds, scan.brackets)
     unsure = np.isnan(changes.gain)
     # A crossing that was not polished hides what lies around it from every limit above, as a failed sample does.
     hidden = scan.failed
     np.minimum.at(hidden, changes.lane[unsure], scan.brackets.low[unsure])
-    return _assembled(scan.stable, hidden, changes, gains)
+    doubts = (
+        f"{scan.doubtful} of {scan.samples} samples of the scan have an estimated error above the tolerance "
+        f"{tolerance_of(method):g} that leaves open whether they are stable, and limits may be missed or wrong"
+    )
+    return _assembled(scan.stable, hidden, changes, gains), doubts if scan.doubtful else ""
 
 
 def _assembled(stable: np.ndarray, hidden: np.ndarray, changes: Crossings, gains: np.ndarray) -> dict[str, np.ndarray]:

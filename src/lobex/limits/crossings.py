@@ -14,7 +14,7 @@ from lobex._devices import on_device
 from lobex.floquet import dense, power
 from lobex.floquet.chatter import carrier_frequency, chatter_frequency
 from lobex.floquet.dense import Triple
-from lobex.floquet.power import as_pair
+from lobex.floquet.power import Pair, as_pair
 from lobex.grids.evaluation import dominant_at_points
 from lobex.limits.growth import CONVERGED, SQUARINGS, Crossing, Family, find_crossing
 from lobex.operators.duhamel import IN_FLIGHT, Duhamel
@@ -176,9 +176,10 @@ def _label(
         triple, residual = power.dominant_triple(matrix, squarings)
     value = triple.value
     if isinstance(method, Duhamel):
-        motion = method.motion(prepared, system, as_pair(value), as_pair(triple.right))
+        pair = Pair(*map(as_pair, (value, triple.right, triple.left / (triple.left @ triple.right))))
+        motion = method.motion(prepared, system, pair)
         frequency = carrier_frequency(motion.phase, motion.weight, motion.output, system.delay, as_pair(value))
-        error = motion.error
+        error = motion.error + motion.rounding
     else:
         frequency = chatter_frequency(method.operator(system), system.delay, value, triple.right)
         error = jnp.full_like(gain, jnp.nan)

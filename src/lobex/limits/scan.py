@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from lobex._hidden import hidden_crossings
+from lobex.grids.choice import tolerance_of
 from lobex.grids.evaluation import dominant_at_points, dominant_over_grid
 from lobex.limits.crossings import Brackets
 from lobex.operators.operator import Method
@@ -20,6 +21,7 @@ class _Samples(NamedTuple):
     lane: np.ndarray
     gain: np.ndarray
     growth: np.ndarray
+    error: np.ndarray
     nodes: np.ndarray
 
 
@@ -30,11 +32,15 @@ class Scan(NamedTuple):
         stable: whether the lowest gain is stable, (n,).
         failed: the lowest gain at which a sample failed, ∞ where none did, (n,).
         brackets: of the changes of stability.
+        samples: how many there are.
+        doubtful: at how many of them the estimated error is above the tolerance and leaves stability open.
     """
 
     stable: np.ndarray
     failed: np.ndarray
     brackets: Brackets
+    samples: int
+    doubtful: int
 
 
 def scan_gains(process: Process, method: Method, speeds: np.ndarray, gains: np.ndarray, progress: bool) -> Scan:
@@ -42,10 +48,10 @@ def scan_gains(process: Process, method: Method, speeds: np.ndarray, gains: np.n
     number = np.arange(len(speeds))
     whole = dominant_over_grid(process, speeds, gains, method, progress)
     lanes, columns = np.repeat(number, len(gains)), np.tile(gains, len(speeds))
-    samples = _Samples(lanes, columns, _log(whole.multiplier.ravel()), whole.nodes.ravel())
+    samples = _Samples(lanes, columns, _log(whole.multiplier.ravel()), whole.error.ravel(), whole.nodes.ravel())
     for _ in range(_REFINEMENTS):
         samples = _finer(process, method, speeds, samples)
-    lane, gain, growth, nodes = samples
+    lane, gain, growth, error, nodes = samples
     opening = np.flatnonzero((lane[1:] == lane[:-1]) & (growth[1:] * growth[:-1] < 0))
     following = opening + 1
     most = np.maximum(nodes[opening], nodes[following])
@@ -55,6 +61,8 @@ def scan_gains(process: Process, method: Method, speeds: np.ndarray, gains: np.n
         stable=growth[np.searchsorted(lane, number)] < 0,
         failed=failed,
         brackets=Brackets(lane[opening], gain[opening], gain[following], growth[opening], growth[following], most),
+        samples=len(lane),
+        doubtful=int(np.sum((error > tolerance_of(method)) & ~(error < np.abs(growth)))),
     )
 
 
@@ -67,7 +75,7 @@ def _finer(process: Process, method: Method, speeds: np.ndarray, samples: _Sampl
     lane = np.repeat(samples.lane[cells], _PARTS - 1)
     gain = (samples.gain[cells, None] + share * (samples.gain[cells + 1] - samples.gain[cells])[:, None]).ravel()
     found = dominant_at_points(process, speeds[lane], gain, method)
-    more = _Samples(lane, gain, _log(found.multiplier), found.nodes)
+    more = _Samples(lane, gain, _log(found.multiplier), found.error, found.nodes)
     both = [np.concatenate(pair) for pair in zip(samples, more, strict=True)]
     order = np.lexsort((both[1], both[0]))
     return _Samples(*(part[order] for part in both))

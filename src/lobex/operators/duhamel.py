@@ -4,15 +4,16 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
 from lobex import _checks
 from lobex._pytree import pytree
-from lobex.floquet.power import rotation
-from lobex.operators.moments import legendre_values
+from lobex.floquet.power import Pair, rotation
+from lobex.operators.estimate import InContact, estimated_error, rounding, unresolved
 from lobex.operators.operator import MonodromyOperator
-from lobex.operators.response import Response, forced_response, free_response, gauss_nodes, quickness
+from lobex.operators.response import Response, forced_response, free_response, gauss_nodes
 from lobex.processes.feedback import Feedback, Piece
 from lobex.processes.system import DelaySystem
 
@@ -22,11 +23,6 @@ Inverse = Callable[[Array], Array]
 _NODES = 40
 # Samples of the free vibration over a piece without force, where nobody says how many waves there are: 80 of them.
 IN_FLIGHT = 256
-# The error in terms of the last Legendre terms of y: their square (superconvergence), but only in proportion to
-# them through modes that turn too quickly for the nodes. Bounds fitted to blade rub, milling and Mathieu's equation.
-_SMOOTH, _ROUGH = 3.0, 0.05
-# Of a mode that is followed the nodes miss less.
-_FOLLOWED = 1e-2
 _FINEST, _COARSEST = 1e-12, 1e-2
 
 
@@ -46,6 +42,7 @@ class Motion(NamedTuple):
         output: y at the samples, real and imaginary part, (S, r, 2).
         defect: by how much the multiplier misses the discrete equations, relative to the state and to |μ|.
         error: estimated relative error of |μ| by the nodes, infinite where they might have missed a larger one.
+        rounding: that by the arithmetic, defect included.
     """
 
     phase: Array
@@ -53,6 +50,7 @@ class Motion(NamedTuple):
     output: Array
     defect: Array
     error: Array
+    rounding: Array
 
 
 @pytree(static=("nodes", "tolerance"))
@@ -69,7 +67,8 @@ class Duhamel:
     Attributes:
         nodes: Gauss points per piece in contact. None lets ``sweep`` and its like choose them, point by point,
             from the estimated error; where one operator is asked for, it is then 40.
-        tolerance: the estimated relative error of μ that is enough, where nodes are chosen.
+        tolerance: the estimated relative error of μ that is enough where nodes are chosen, and of which more is
+            warned of.
     """
 
     nodes: int | None = None
@@ -151,13 +150,13 @@ class Duhamel:
         """The operator's matrix, (N, N), with ``inverse`` for the matrices (r·nodes, r·nodes) of the contact."""
         return self._matrix(prepared, feedback, inverse)[0]
 
-    def motion(
-        self, prepared: tuple[Response | Flight, ...], system: DelaySystem, value: Array, vector: Array
-    ) -> Motion:
-        """The motion of a multiplier μ, (2,), and its state, (N, 2), and how far they miss the equations."""
+    def motion(self, prepared: tuple[Response | Flight, ...], system: DelaySystem, pair: Pair) -> Motion:
+        """The motion of a multiplier μ and its state, how far they miss the equations, and the error of |μ|."""
+        value, vector, mirrored = pair
         state = jnp.shape(prepared[0].through)[0]
         z, row, turn, feedback = vector[:state], state, rotation(value), system.feedback
-        phases, weights, outputs, defects, tails, pushes = [], [], [], [], [], []
+        shape = system.output_matrix() / _output_scale(system)
+        phases, weights, outputs, contacts = [], [], [], []
         for index, (piece, part) in enumerate(zip(feedback.pieces(), prepared, strict=True)):
             points, weight = self._samples(part)
             phases.append(piece.start + piece.length * points)
@@ -172,22 +171,33 @@ class Duhamel:
             row += self.count * r
             after = before @ turn
             force = (_force(current, after) + _force(delayed, before)).reshape(-1, 2)
-            defects.append(after.reshape(-1, 2) - part.free @ z - part.forced @ force)
-            z = part.through @ z + part.push @ force
+            free, forced = part.free @ z, part.forced @ force
+            flown, pushed = part.through @ z, part.push @ force
+            ends = shape @ jnp.stack([z, flown + pushed])
+            z = flown + pushed
             outputs.append(after)
-            tails.append(_energies(before))
-            pushes.append(piece.length * jnp.stack([weight @ _size(part) for part in (current, delayed)]))
-        defects.append(vector[:state] @ turn - z)
-        unmet = jnp.sum(jnp.concatenate(defects) ** 2)
-        last, whole = jnp.sum(jnp.stack(tails), axis=0)
-        tail = jnp.sqrt(last / (whole + jnp.finfo(whole.dtype).tiny))
-        missed = jnp.max(jnp.stack([part.missed for part in prepared if isinstance(part, Response)]), axis=0)
+            contacts.append(
+                InContact(
+                    length=jnp.asarray(piece.length),
+                    missed=part.missed,
+                    force=jnp.stack([_size(current), _size(delayed)]),
+                    unresolved=unresolved(after, ends),
+                    unmet=jnp.sum((after.reshape(-1, 2) - free - forced) ** 2),
+                    terms=jnp.stack([jnp.sum(flown**2 + pushed**2), jnp.sum(free**2 + forced**2)]),
+                )
+            )
+        every: InContact = jax.tree.map(lambda *parts: jnp.stack(parts), *contacts)
+        unmet = jnp.stack([jnp.sum((vector[:state] @ turn - z) ** 2), jnp.sum(every.unmet)])
+        split = [part[:state] for part in (vector, mirrored)], [part[state:] for part in (vector, mirrored)]
+        held = jnp.stack([jnp.sum(right**2) for right, _ in split])
+        condition = jnp.sqrt(held * jnp.stack([jnp.sum(left**2) for _, left in split]))
         return Motion(
             phase=jnp.concatenate(phases),
             weight=jnp.concatenate(weights),
             output=jnp.concatenate(outputs),
-            defect=jnp.sqrt(unmet / (jnp.sum(vector**2) * jnp.sum(value**2))),
-            error=_error(system, tail, missed, value, sum(pushes, jnp.zeros(2))),
+            defect=jnp.sqrt(jnp.sum(unmet) / (jnp.sum(held) * jnp.sum(value**2))),
+            error=jnp.sum(condition) * estimated_error(system, every, value),
+            rounding=condition @ rounding(system, every, unmet, held * jnp.sum(value**2)),
         )
 
     def _samples(self, part: Response | Flight) -> tuple[np.ndarray, np.ndarray]:
@@ -245,27 +255,6 @@ def _columns(matrix: Array, coefficient: Array, r: int) -> Array:
     return jnp.einsum("pqb,qbc->pqc", matrix.reshape(p, -1, r), coefficient).reshape(p, -1)
 
 
-def _error(system: DelaySystem, tail: Array, missed: Array, value: Array, push: Array) -> Array:
-    """The estimated error of |μ|; infinite where a mode that the nodes cannot follow might hold a larger one.
-
-    A mode alone grows at most at the rate −ξω + (p + q/|μ|) φ²/2ω, with p and q the means over the period of the
-    present force that can do work and of the delayed one; a constant force of one output is a spring, which
-    does none.
-    """
-    blocks, inputs, outputs = (jnp.asarray(part) for part in (system.blocks, system.inputs, system.outputs))
-    mobility = jnp.sqrt(jnp.sum(inputs**2, axis=(1, 2)) * jnp.sum(outputs**2, axis=(1, 2)))
-    tiny = jnp.finfo(tail.dtype).tiny
-    compliance = mobility / (quickness(blocks) + tiny)
-    rough = jnp.sum(missed * compliance) / (jnp.sum(compliance) + tiny)
-    error = tail * (_SMOOTH * tail + _ROUGH * rough)
-    size = jnp.sqrt(jnp.sum(value**2))
-    spring = system.feedback.constant and system.output_size == 1
-    drive = (0.0 if spring else push[0]) + push[1] / size
-    decay = -jnp.trace(blocks, axis1=1, axis2=2) / jnp.shape(blocks)[-1]
-    might = system.delay * (drive * mobility / 2 - decay) > jnp.log(size)
-    return jnp.where(jnp.any(might & (missed > _FOLLOWED)), jnp.inf, error)
-
-
 def _size(coefficient: Array) -> Array:
     """Norms of (q, r, r)."""
     return jnp.sqrt(jnp.sum(coefficient**2, axis=(1, 2)))
@@ -276,12 +265,3 @@ def _force(coefficient: Array, samples: Array) -> Array:
     if jnp.shape(coefficient)[-1] == 1:
         return coefficient * samples
     return jnp.einsum("qab,qbp->qap", coefficient, samples)
-
-
-def _energies(samples: Array) -> Array:
-    """Squares of the last two Legendre terms of samples (q, r, …) at the nodes, and of all of them, (2,)."""
-    nodes = jnp.shape(samples)[0]
-    points, weights = gauss_nodes(nodes)
-    analysis = np.sqrt(2 * np.arange(nodes) + 1)[:, None] * (weights[:, None] * legendre_values(points, nodes)).T
-    flat = samples.reshape(nodes, -1)
-    return jnp.stack([jnp.sum((analysis[-2:] @ flat) ** 2), jnp.sum(weights[:, None] * flat**2)])

@@ -21,6 +21,9 @@ _FEWEST, _MOST = 16, 2048
 # term is below 1e-15.
 _TERMS = 14
 
+# Of a wave that is followed the nodes miss less.
+_FOLLOWED = 1e-2
+
 
 class Response(NamedTuple):
     """What a piece makes of its start state and of the forces at its q nodes; it depends on the speed alone.
@@ -111,6 +114,11 @@ def _missed(system: DelaySystem, piece: Piece, nodes: int) -> Array:
 def tail_bound(turn: Array, nodes: Any) -> Array:
     """The Legendre terms from degree q on of a wave that turns through ±x are below (e x/2q)^q (DLMF 10.14.4)."""
     return jnp.minimum(np.e / 2 * turn / nodes, 1.0) ** nodes
+
+
+def followed_turn(nodes: int) -> float:
+    """Radians on either side of the middle that a wave may turn through in a piece for its nodes to follow it."""
+    return 2 / np.e * nodes * _FOLLOWED ** (1 / nodes)
 
 
 def quickness(blocks: Array) -> Array:

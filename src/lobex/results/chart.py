@@ -28,8 +28,8 @@ class Chart:
         spectral_radius: max|μ|, (n, m): stable below 1, unstable above, NaN where a point failed.
         multiplier: the dominant μ, complex, Im ≥ 0, (n, m).
         chatter_frequency: frequency that carries most of the motion, Hz, (n, m).
-        error: estimated relative error of max|μ| by discretisation, (n, m): 0 of characteristic
-            roots, which need none, and NaN where the method gives no estimate.
+        error: estimated relative error of max|μ| by discretisation and rounding, (n, m): infinite where a larger
+            one may have been missed, and NaN where the method gives no estimate.
         quantity: what the gain is.
         speed_unit: "Hz", "rpm", or "1" of a process without units, for axes.
         process, method: the model and the method, as plain dictionaries.

@@ -98,8 +98,9 @@ def critical_gain(
             the process can have, a scan of fewer than 3 gains, and axes or stores as ``sweep`` refuses them.
 
     Warns:
-        SweepWarning: when the method's samples are too few to follow the first mode at the lowest speed, or when
-            chunks of the store were damaged (they are computed again).
+        SweepWarning: when the method's samples are too few to follow the first mode at the lowest speed, when an
+            estimated error leaves open what is stable, or when chunks of the store were damaged (they are computed
+            again).
         LobexWarning: for numbers that can hardly be meant: speeds in rpm, damping in per cent, depths in mm.
     """
     if over is None and store is None and processes is None:

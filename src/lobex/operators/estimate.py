@@ -1,0 +1,143 @@
+"""The error of a multiplier by its nodes: what they leave of its motion, and what they cannot see at all."""
+
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+
+from lobex.operators.moments import legendre_values
+from lobex.operators.response import followed_turn, gauss_nodes, quickness
+from lobex.processes.system import DelaySystem
+
+Array = Any
+
+# The error in terms of what the nodes leave of y: its square (superconvergence), but only in proportion to it
+# through modes that turn too quickly for the nodes. Bounds fitted to blade rub, milling and Mathieu's equation.
+_SMOOTH, _ROUGH = 3.0, 0.05
+# Above this the last terms tell nothing of the rest.
+_UNKNOWN = 0.1
+
+
+class InContact(NamedTuple):
+    """What a motion is over a piece in contact, or, stacked, over all of them.
+
+    Attributes:
+        length: of the piece, in periods.
+        missed: how much of each mode's vibration lies beyond the nodes, (n,).
+        force: norms of the coefficients of the present and of the delayed force at the nodes, (2, q).
+        unresolved: squares of what the nodes leave of y, and of all of it, (2,).
+        unmet: square of by how much y misses its equations at the nodes.
+        terms: squares of the terms of which the end state and y are sums, (2,).
+    """
+
+    length: Array
+    missed: Array
+    force: Array
+    unresolved: Array
+    unmet: Array
+    terms: Array
+
+
+@lru_cache(maxsize=32)
+def _analysis(nodes: int) -> tuple[np.ndarray, np.ndarray]:
+    """From samples at the nodes to the last two Legendre terms, normed, and to the ends of the piece: (2, q) each.
+
+    A wave of which the nodes miss the term q alone, normed, is off by the root of 2q + 1 at the ends: the second
+    matrix is less by that factor.
+    """
+    points, weights = gauss_nodes(nodes)
+    norms = np.sqrt(2 * np.arange(nodes) + 1)
+    terms = norms[:, None] * (weights[:, None] * legendre_values(points, nodes)).T
+    ends = legendre_values(np.array([0.0, 1.0]), nodes) * norms
+    return terms[-2:], ends @ terms / np.sqrt(2 * nodes + 1)
+
+
+def unresolved(samples: Array, ends: Array) -> Array:
+    """Squares of what the nodes leave of y over a piece, and of all of it, (2,).
+
+    What they leave is the last two Legendre terms, and by how much the polynomial through the nodes misses y at both
+    ends of the piece, which are known from the structure's state: a wave that turns more quickly than the nodes tell
+    may look smooth at them, but not between them.
+
+    Args:
+        samples: y at the nodes, (q, r, …).
+        ends: y at the start and the end of the piece, (2, r, …).
+    """
+    nodes = jnp.shape(samples)[0]
+    last, to_ends = _analysis(nodes)
+    flat = samples.reshape(nodes, -1)
+    missed = to_ends @ flat - ends.reshape(2, -1) / np.sqrt(2 * nodes + 1)
+    left = jnp.sum((last @ flat) ** 2) + jnp.sum(missed**2)
+    return jnp.stack([left, jnp.sum(gauss_nodes(nodes)[1][:, None] * flat**2)])
+
+
+def estimated_error(system: DelaySystem, contacts: InContact, value: Array) -> Array:
+    """The estimated relative error of a multiplier μ, (2,), of a well conditioned state; infinite where unknown.
+
+    It is not known where what the nodes leave is so much that the last terms tell nothing of the rest, and where
+    they might have missed a larger multiplier. That needs a vibration s = σ + jω, e^{στ} ≥ |μ|, quicker than what the
+    nodes follow, that the force keeps up. Slower modes answer it as they stand, |G(s)| of each, and with
+    (p + q/|μ|) |G| of 1 they might do so alone: the loop then turns more quickly than the structure. A quicker mode
+    grows at most at the rate −ξω + (p + q/|μ|) φ²/2ω, with p and q the means over the period of the present force
+    that can do work and of the delayed one; a constant force of one output is a spring, which does none.
+    """
+    blocks, inputs, outputs = (jnp.asarray(part) for part in (system.blocks, system.inputs, system.outputs))
+    tiny = jnp.finfo(blocks.dtype).tiny
+    left, whole = jnp.sum(contacts.unresolved, axis=0)
+    tail = jnp.sqrt(left / (whole + tiny))
+    mobility = jnp.sqrt(jnp.sum(inputs**2, axis=(1, 2)) * jnp.sum(outputs**2, axis=(1, 2)))
+    quick = quickness(blocks)
+    compliance = mobility / (quick + tiny)
+    rough = jnp.sum(jnp.max(contacts.missed, axis=0) * compliance) / (jnp.sum(compliance) + tiny)
+    error = tail * (_SMOOTH * tail + _ROUGH * rough)
+
+    nodes = jnp.shape(contacts.force)[-1]
+    size = jnp.sqrt(jnp.sum(value**2))
+    growth = jnp.log(size) / system.delay
+    followed = 2 * followed_turn(nodes) / (system.delay * jnp.max(contacts.length))
+    quicker = quick > followed
+    answer: Array = jnp.where(quicker, 0.0, _receptance(blocks, inputs, outputs, growth, followed))
+    most = jnp.max(contacts.force, axis=(0, 2))
+    looped = (most[0] + most[1] / size) * jnp.sum(answer)
+    mean = contacts.length @ (contacts.force @ gauss_nodes(nodes)[1])
+    spring = system.feedback.constant and system.output_size == 1
+    drive = (0.0 if spring else mean[0]) + mean[1] / size
+    decay = growth - jnp.trace(blocks, axis1=1, axis2=2) / jnp.shape(blocks)[-1]
+    alone = quicker & (drive * mobility / 2 > (1 - looped) * decay)
+    return jnp.where((tail > _UNKNOWN) | (looped >= 1) | jnp.any(alone), jnp.inf, error)
+
+
+def rounding(system: DelaySystem, contacts: InContact, unmet: Array, held: Array) -> Array:
+    """By how much start state and history miss their equations, (2,), relative to each, or might by rounding alone.
+
+    Every product is off by an ulp of its terms, and a wave's phase by an ulp of the radians that it turns through.
+
+    Args:
+        system: the delay system.
+        contacts: the motion.
+        unmet: squares of what the two miss, (2,).
+        held: squares of the two one period later, (2,).
+    """
+    turned = jnp.max(quickness(jnp.asarray(system.blocks))) * system.delay
+    part = held + jnp.finfo(held.dtype).tiny
+    ulps = jnp.finfo(held.dtype).eps * (1 + turned + jnp.sqrt(jnp.sum(contacts.terms, axis=0) / part))
+    return jnp.sqrt(unmet / part) + ulps
+
+
+def _receptance(blocks: Array, inputs: Array, outputs: Array, growth: Array, turning: Array) -> Array:
+    """Bounds of |C (s − A)⁻¹ E| at s = growth + j turning, rad/s, of each block, (n,)."""
+    size = jnp.shape(blocks)[-1]
+    if size != 2:
+        # Of normal blocks: the distance from the spectrum.
+        decay = growth - jnp.trace(blocks, axis1=1, axis2=2) / size
+        mobility = jnp.sqrt(jnp.sum(inputs**2, axis=(1, 2)) * jnp.sum(outputs**2, axis=(1, 2)))
+        return mobility / jnp.sqrt(decay**2 + (turning - quickness(blocks)) ** 2)
+    (a, b), (c, d) = ((blocks[:, i, j] for j in (0, 1)) for i in (0, 1))
+    adjugate = jnp.stack([jnp.stack([-d, b], -1), jnp.stack([c, -a], -1)], -2)
+    direct = jnp.einsum("nrs,nsp->nrp", outputs, inputs)
+    passed = jnp.einsum("nrs,nst,ntp->nrp", outputs, adjugate, inputs)
+    # C adj(s − A) E = s CE + C(−adj A)E, by its real and imaginary parts, over det(s − A).
+    above = jnp.sum((growth * direct + passed) ** 2 + (turning * direct) ** 2, axis=(1, 2))
+    real = growth**2 - turning**2 - growth * (a + d) + a * d - b * c
+    return jnp.sqrt(above / (real**2 + (turning * (2 * growth - a - d)) ** 2))
