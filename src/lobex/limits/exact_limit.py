@@ -3,7 +3,6 @@
 import time
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -66,11 +65,11 @@ def exact_limit(process: Process, speed: Any) -> Limit:
     check_process(process)
     check_speed(process, speed)
     begun = time.perf_counter()
-    speed = np.atleast_1d(np.asarray(speed, dtype=float)) if not _checks.is_traced(speed) else jnp.atleast_1d(speed)
+    lib = jnp if _checks.is_traced((process, speed)) else np
+    speed = jnp.atleast_1d(jnp.asarray(speed)) if _checks.is_traced(speed) else np.atleast_1d(np.asarray(speed, float))
     if np.ndim(speed) != 1 or np.size(speed) == 0:
         raise ValueError(f"speed has shape {np.shape(speed)}; give one speed or a list of them")
     gain, frequency, kind, tie, low = _hayes(process, speed) if isinstance(process, Scalar) else _lobes(process, speed)
-    lib = jnp if any(map(_checks.is_traced, jax.tree.leaves((process, speed)))) else np
     found = lib.isfinite(gain)
     status = lib.where(found, lib.where(tie, int(Status.TIE), int(Status.FOUND)), int(Status.NONE_IN_RANGE))
     return Limit(
@@ -101,6 +100,7 @@ def exact_lobes(process: Process, lobes: int = 10) -> ExactLobes:
         ValueError: for any other process, several contact directions, or fewer than one lobe.
     """
     check_process(process)
+    _checks.untraced("exact_lobes", process=process)
     source = _source(process)
     omega = _frequencies(source)
     curves = exact_branches(source, omega, lobes)

@@ -5,6 +5,7 @@ from typing import Any, ClassVar, Protocol
 import numpy as np
 
 from lobex import _checks
+from lobex._pytree import check_pytree
 from lobex.processes.quantity import Quantity
 from lobex.processes.system import DelaySystem
 
@@ -12,7 +13,11 @@ Array = Any
 
 
 class Process(Protocol):
-    """A delayed process: speed (revolutions per second) and gain in, a delay system out."""
+    """A delayed process: speed (revolutions per second) and gain in, a delay system out.
+
+    A pytree of numbers. The gain enters P and Q alone, and affinely: operators keep the structure's part of one gain
+    for all. ``differentiable``, if there is one, is what ``processes.process.differentiable`` asks for.
+    """
 
     gain: ClassVar[Quantity]
     speed_unit: ClassVar[str]
@@ -23,9 +28,23 @@ class Process(Protocol):
 
 
 def check_process(process: Any) -> None:
-    """Require something that makes a delay system."""
+    """Require something that makes a delay system, says what its gain is, and is a pytree of numbers."""
     if isinstance(process, type) or not callable(getattr(process, "system", None)):
         raise ValueError(f"process = {_checks.brief(process)} is no process; give one such as lobex.Rub(modes)")
+    for name, kind in (("gain", Quantity), ("speed_unit", str)):
+        if not isinstance(getattr(process, name, None), kind):
+            raise ValueError(
+                f"process = {_checks.brief(process)} has no {name}; give its class one, such as that of lobex.Rub"
+            )
+    check_pytree("process", process)
+
+
+def differentiable(process: Process) -> tuple[tuple[float, Process], ...]:
+    """Processes, with weights, whose derivatives by their own numbers add up to those of ``process``: itself, unless
+    it knows better.
+    """
+    own = getattr(process, "differentiable", None)
+    return ((1.0, process),) if own is None else own()
 
 
 def check_speed(process: Process, speed: Any) -> None:
@@ -60,4 +79,4 @@ def _first_frequency(process: Process) -> float | None:
     frequency = getattr(getattr(process, "modes", None), "angular_frequency", None)
     if frequency is None or _checks.is_traced(frequency):
         return None
-    return float(np.min(frequency)) / (2 * np.pi)
+    return float(np.asarray(frequency).min()) / (2 * np.pi)
