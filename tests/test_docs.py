@@ -27,6 +27,10 @@ def code_of(page):
     return re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL)
 
 
+def limit_of_whole_overlap(names):
+    return lobex.exact_limit(lobex.Rub(names["whole"].modes), names["speeds"]).gain
+
+
 # What a page says of its numbers.
 CLAIMS = {
     "own_matrices.md": lambda n: np.median(n["limit"].gain / n["every"].gain) < 1,
@@ -35,6 +39,10 @@ CLAIMS = {
     "limits.md": lambda n: np.array_equal(n["searched"].status == "found", np.isfinite(n["searched"].gain)),
     "boundary.md": lambda n: len(n["traced"]) > 0 and n["traced"].residual < 1e-8,
     "jax.md": lambda n: n["value"] == pytest.approx(920209.5963) and np.all(np.diff(n["gains"]) > 0),
+    "own_process.md": lambda n: (
+        limit_of_whole_overlap(n) == pytest.approx(n["limits"][0], rel=1e-10)
+        and np.all(n["limits"][1] > n["limits"][0])
+    ),
     "sharp_bits.md": lambda n: np.isnan(n["narrow"].gain[0]) and np.all(n["narrow"].intervals[0, 0] == [4.5e4, 5e5]),
     "index.md": lambda n: np.isfinite(n["limit"].gain).all(),
 }

@@ -11,6 +11,7 @@ from cases import MILL, MULTIPLIER_TOOLS, ROD, milling
 
 MATHIEU = lobex.DelayedMathieu(delta=3.0, epsilon=2.0, damping=0.1)
 FAST = milling({**MULTIPLIER_TOOLS["Insperger-Stepan"], "teeth": 4}, 0.4, "up", 2)
+FEW = lobex.Chebyshev(20)
 POINTS = [
     (ROD, 85.0, 1.35e6, lobex.Chebyshev(40)),
     (ROD, 112.0, 4.5e5, lobex.SemiDiscretization(48, order=1)),
@@ -78,6 +79,41 @@ def test_gradient_through_an_immersion_that_is_only_known_when_traced():
             assert traced == pytest.approx(float(radius(0.3, teeth)), rel=1e-10)
             difference = directional(lambda a, teeth=teeth: radius(a, teeth), 0.3, 0.3, 1e-4)
             assert float(jax.grad(radius)(0.3, teeth)) * 0.3 == pytest.approx(difference, rel=1e-6)
+
+
+@pytest.mark.parametrize("directions", [1, 2])
+def test_gradient_where_whole_pitches_are_in_the_cut(directions):
+    # Four teeth at half immersion: one leaves as the next enters, and a little more or less has two pieces.
+    process, method = milling({**MULTIPLIER_TOOLS["Insperger-Stepan"], "teeth": 4}, 0.5, "up", directions), FEW
+    assert process.layout == ("cut",)
+
+    def radius(immersion):
+        return lobex.spectral_radius(replace(process, radial_immersion=immersion), 320.0, 8e-4, method)
+
+    with jax.enable_x64(True):
+        slope = jax.grad(lambda p: lobex.spectral_radius(p, 320.0, 8e-4, method))(process).radial_immersion
+        assert float(slope) * 0.5 == pytest.approx(directional(radius, 0.5, 0.5, 1e-6), rel=2e-6)
+        if directions == 1:
+            largest = jax.grad(lambda p: jax.numpy.abs(lobex.multipliers(p, 320.0, 8e-4, method)[0]))(process)
+            assert float(largest.radial_immersion) == pytest.approx(float(slope), rel=1e-7)
+            # The operator in one piece has none of its own, and says so.
+            entry = jax.jacfwd(lambda p: lobex.monodromy(p, 320.0, 8e-4, method)[0, 0])(process)
+            assert np.isnan(entry.radial_immersion)
+
+
+def test_at_full_immersion_in_two_directions_the_derivative_is_infinite_and_no_other_is():
+    process = milling(MULTIPLIER_TOOLS["Insperger-Stepan"], 1.0, "down", 2)
+
+    def radius(process, gain):
+        return lobex.spectral_radius(process, 320.0, gain, FEW)
+
+    with jax.enable_x64(True):
+        slopes, by_gain = jax.grad(radius, argnums=(0, 1))(process, 4e-4)
+    near, far = (replace(process, radial_immersion=1 - h) for h in (1e-8, 4e-8))
+    drops = [float(radius(process, 4e-4) - radius(other, 4e-4)) for other in (near, far)]
+    assert drops[1] / drops[0] == pytest.approx(2, rel=0.02)
+    assert float(slopes.radial_immersion) == np.sign(drops[0]) * np.inf
+    assert np.isfinite([slopes.tangential, slopes.normal, by_gain]).all()
 
 
 def test_gradient_through_the_rod_obeys_the_stiffness_scaling_law():

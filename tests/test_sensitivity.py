@@ -135,6 +135,25 @@ def test_milling_against_separate_searches():
     assert table["modes.shape[0,0]"] == pytest.approx(-2, rel=1e-8)
 
 
+def test_full_immersion_against_one_sided_differences_of_separate_searches():
+    # 1 − a goes with the square of the angle: one-sided differences miss by c √h, and by n/√h with the error of the
+    # nodes, and three of them tell both apart.
+    speeds, method, bounds = [30.0, 60.0, 90.0], lobex.Duhamel(nodes=24), (1e-7, 2e-2)
+
+    def search(immersion):
+        return replace(MILL, teeth=2, radial_immersion=immersion), speeds, bounds, method
+
+    table = lobex.sensitivities(*search(1.0), scan=17)
+    one, two, three = (
+        (1 - lobex.critical_gain(*search(1 - h), scan=17).gain / table.limit.gain) / h for h in (1e-7, 4e-7, 1.6e-6)
+    )
+    assert table["radial_immersion"] == pytest.approx(-2 * one + 5 * two - 2 * three, rel=1e-3)
+    assert table["radial_immersion"] == pytest.approx([-4.632, -6.6015, -3.633], rel=2e-4)
+    # Both cutting forces by α are a depth by 1/α.
+    assert table["tangential"] + table["normal"] == pytest.approx(-1, rel=1e-8)
+    assert table.band({"radial_immersion": 0.01}).relative == pytest.approx([0.046318, 0.066015, 0.03633], rel=2e-4)
+
+
 def test_no_limit_has_no_sensitivities(searched):
     table = lobex.sensitivities(ROD, SPEEDS, (4.5e4, 9e5), SEARCH, scan=9)
     missing = searched.limit.gain > 9e5

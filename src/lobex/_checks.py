@@ -15,9 +15,25 @@ import numpy as np
 
 
 def is_traced(value: Any) -> bool:
-    """Whether ``value`` is a JAX tracer, whose number is not known."""
+    """Whether JAX traces ``value``, or a number within it, so that it is not known."""
     jax = sys.modules.get("jax")
-    return jax is not None and isinstance(value, jax.core.Tracer)
+    return jax is not None and any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(value))
+
+
+def untraced(verb: str, **arguments: Any) -> None:
+    """Require arguments whose numbers are known, for a verb that decides by them."""
+    for name, value in arguments.items():
+        if is_traced(value):
+            raise ValueError(
+                f"{name} is traced by JAX; {verb} runs outside jit, grad and vmap of it: give plain numbers"
+            )
+
+
+def as_array(value: Any) -> Any:
+    """A list of numbers as one array, of JAX where it traces any of them; everything else as it is."""
+    if not isinstance(value, list | tuple):
+        return value
+    return sys.modules["jax"].numpy.asarray(value) if is_traced(value) else np.asarray(value, dtype=float)
 
 
 def as_numbers(name: str, value: Any, unit: str = "") -> np.ndarray | None:

@@ -1,10 +1,13 @@
-"""Frozen dataclasses that JAX sees as pytrees."""
+"""Frozen dataclasses that JAX sees as pytrees, and the check of what others bring."""
 
 import dataclasses
 from collections.abc import Callable
 from typing import Any, TypeVar, dataclass_transform
 
 import jax
+import numpy as np
+
+from lobex import _checks
 
 T = TypeVar("T", bound=type)
 
@@ -42,3 +45,18 @@ def pytree(*, static: tuple[str, ...] = ()) -> Callable[[T], T]:
         return frozen
 
     return register
+
+
+def check_pytree(name: str, value: Any) -> None:
+    """Require a pytree of numbers."""
+    if jax.tree_util.all_leaves([value]):
+        raise ValueError(
+            f"{name} = {_checks.brief(value)} is unknown to JAX; make its class a frozen dataclass, and register it "
+            "by @jax.tree_util.register_dataclass"
+        )
+    for path, leaf in jax.tree_util.tree_flatten_with_path(value)[0]:
+        if not isinstance(leaf, int | float | complex | np.ndarray | np.generic | jax.Array):
+            raise ValueError(
+                f"{name}{jax.tree_util.keystr(path)} = {_checks.brief(leaf)} is no number; "
+                "name the field in meta_fields of jax.tree_util.register_dataclass"
+            )

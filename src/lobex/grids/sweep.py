@@ -4,10 +4,10 @@ import time
 import warnings
 from typing import Any
 
-import jax
 import numpy as np
 
 from lobex import _checks
+from lobex._float64 import at_once, widened
 from lobex._warnings import SweepWarning
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids.choice import check_sweep_method, chosen_method, tolerance_of
@@ -38,18 +38,19 @@ def sweep(
     """
     check_process(process)
     check_sweep_method(method)
+    _checks.untraced("sweep", process=process, speed=speed, gain=gain)
     speeds, gains = _checks.grid("speed", speed, "Hz"), _checks.grid("gain", gain, process.gain.unit)
     check_speed(process, speeds)
     check_gain(process, gains)
     if plausible:
         warn_of_implausible(process, speeds, gains)
-    if method is None:
-        method = chosen_method(process, float(speeds[0]))
-    for message in oddities(process, method, float(speeds[0]), float(gains[-1])):
-        warnings.warn(message, SweepWarning, stacklevel=3)
-    begun = time.perf_counter()
-    with jax.enable_x64(True):
-        process = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=np.float64), process)
+    with at_once():
+        process = widened(process)
+        if method is None:
+            method = chosen_method(process, float(speeds[0]))
+        for message in oddities(process, method, float(speeds[0]), float(gains[-1])):
+            warnings.warn(message, SweepWarning, stacklevel=3)
+        begun = time.perf_counter()
         multiplier, frequency, error, _, repeated = dominant_over_grid(process, speeds, gains, method, progress)
     failed = int(np.sum(~np.isfinite(multiplier)))
     if failed:

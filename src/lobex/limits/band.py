@@ -41,5 +41,6 @@ def band(sensitivities: Sensitivities, relative_standard_deviation: Mapping[str,
         limit=sensitivities.limit,
         names=tuple(sensitivities.names[i] for i in used),
         deviation=deviation[used],
-        contribution=np.abs(sensitivities.logarithmic[:, used]) * deviation[used],
+        # What is certain adds nothing, be its sensitivity infinite.
+        contribution=np.where(deviation[used] > 0, np.abs(sensitivities.logarithmic[:, used]) * deviation[used], 0.0),
     )

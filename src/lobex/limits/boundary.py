@@ -10,6 +10,7 @@ import jax
 import numpy as np
 
 from lobex import _checks
+from lobex._float64 import at_once, widened
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids.choice import operator_of, tolerance_of
 from lobex.grids.evaluation import dominant_at_points
@@ -21,7 +22,7 @@ from lobex.limits.growth import growth_and_gradient
 from lobex.limits.polish import Evaluation
 from lobex.operators.duhamel import Duhamel
 from lobex.operators.operator import Method
-from lobex.processes.process import Process
+from lobex.processes.process import Process, check_process
 from lobex.results.boundary import Boundary, BoundaryCurve
 from lobex.results.chart import Chart
 from lobex.results.limit import Kind
@@ -92,12 +93,14 @@ def boundary(
     else:
         if speed is None or gain is None:
             raise ValueError("source is a process: give the speeds and gains of the map to trace from, too")
+        check_process(source)
+        _checks.untraced("boundary", source=source, speed=speed, gain=gain)
         process, chosen = source, _of_fixed_size(method) if method is not None else DEFAULT_METHOD
         chart = sweep(process, speed, gain, chosen if method is None else method, progress=progress)
     if min(chart.spectral_radius.shape) < 2:
         raise ValueError(f"a chart of shape {chart.spectral_radius.shape} has no contours; take two or more of each")
-    with jax.enable_x64(True):
-        process = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=np.float64), process)
+    with at_once():
+        process = widened(process)
         waves, fastest, where = waves_per_cell(process, chart.speed, float(np.abs(chart.gain).max()))
         curves, residual, dropped, unresolved, coarse = _trace(process, chosen, chart)
     if waves > MOST_WAVES:

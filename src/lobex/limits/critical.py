@@ -2,34 +2,31 @@
 
 import time
 import warnings
-from functools import partial
 from typing import Any
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
 from lobex import _checks
+from lobex._float64 import at_once, widened
 from lobex.characteristic.method import CharacteristicRoots
-from lobex.floquet import power
 from lobex.grids.choice import check_sweep_method, chosen_method, operator_of, tolerance_of
 from lobex.grids.resolution import oddities
 from lobex.grids.sweep import SweepWarning
 from lobex.limits.axis import changes_on_axis
-from lobex.limits.crossings import TIE, Crossings, label_densely, operator_family, polished
-from lobex.limits.growth import SQUARINGS, find_crossing, growth
+from lobex.limits.crossings import Crossings, polished
 from lobex.limits.scan import scan_gains
+from lobex.limits.traced import traced_critical_gain
+from lobex.limits.undamped import undefined
 from lobex.operators.operator import Method
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_gain, check_process, check_speed
 from lobex.processes.quantity import quantity_of
+from lobex.processes.regenerative import Rub, Turning
 from lobex.results.description import describe
 from lobex.results.limit import Kind, Limit, Status
+from lobex.structures.modes import Modes
 
 Array = Any
-
-# Of the scan under transformations, where only the sign counts.
-_SCAN_SQUARINGS = 16
 
 
 def critical_gain(
@@ -48,10 +45,12 @@ def critical_gain(
     """
     check_process(process)
     check_sweep_method(method)
+    if _checks.is_traced(bounds):
+        raise ValueError("bounds are traced by JAX; give plain numbers: speed and process may be traced")
     scan = _checks.integer("scan", scan, 3)
     if np.ndim(bounds) != 1 or len(bounds) != 2:
         raise ValueError(f"bounds = {bounds!r} must be two gains, the lowest and the highest")
-    speed = speed if _checks.is_traced(speed) else np.asarray(speed)
+    speed = _checks.as_array(speed)
     if np.ndim(speed) > 1 or np.size(speed) == 0:
         raise ValueError(f"speed has shape {np.shape(speed)}; give one speed or a list of them")
     check_speed(process, speed)
@@ -61,18 +60,19 @@ def critical_gain(
     gains = np.linspace(float(bounds[0]), float(bounds[1]), scan)
     if plausible:
         warn_of_implausible(process, speed, bounds[0])
-    if any(map(_checks.is_traced, jax.tree.leaves((process, speed)))):
-        return _traced(process, jnp.atleast_1d(speed), gains, operator_of(method))
+    if _checks.is_traced((process, speed)):
+        return traced_critical_gain(process, speed, gains, method)
     begun = time.perf_counter()
     speeds = np.atleast_1d(np.asarray(speed, dtype=np.float64))
     slowest = float(speeds.min())
-    if method is None:
-        method = chosen_method(process, slowest)
-    for message in oddities(process, method, slowest, float(gains[-1])):
-        warnings.warn(message, SweepWarning, stacklevel=3)
-    with jax.enable_x64(True):
-        process = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=np.float64), process)
+    with at_once():
+        process = widened(process)
+        if method is None:
+            method = chosen_method(process, slowest)
+        for message in oddities(process, method, slowest, float(gains[-1])):
+            warnings.warn(message, SweepWarning, stacklevel=3)
         parts, doubts = _search(process, speeds, gains, method, progress)
+        _leave_undefined(process, speeds, parts)
     if doubts:
         warnings.warn(doubts, SweepWarning, stacklevel=3)
     return _limit(process, speeds, gains, method, time.perf_counter() - begun, **parts)
@@ -117,6 +117,17 @@ def _search(
     for name, values in parts.items():
         values[left] = others[name]
     return parts, doubts
+
+
+def _leave_undefined(process: Process, speeds: np.ndarray, parts: dict[str, np.ndarray]) -> None:
+    """Say nothing at the speeds at which a mode without damping is a root at every gain."""
+    modes = getattr(process, "modes", None)
+    if not isinstance(process, Rub | Turning) or not isinstance(modes, Modes):
+        return
+    neutral = undefined(modes, speeds)
+    for name in ("gain", "chatter_frequency", "error", "intervals"):
+        parts[name][neutral] = np.nan
+    parts["kind_code"][neutral], parts["status_code"][neutral] = Kind.NONE, Status.UNDEFINED
 
 
 def _by_operator(
@@ -175,59 +186,3 @@ def _intervals(
     edges[lost] = np.nan
     width = max(2 * int(np.ceil(filled.max(initial=1) / 2)), 2)
     return edges[:, :width].reshape(n, -1, 2) if width <= edges.shape[1] else edges.reshape(n, -1, 2)
-
-
-def _traced(process: Process, speeds: Array, gains: np.ndarray, method: Method) -> Limit:
-    """The lowest crossing in pure JAX, one speed after the other, with its implicit derivative."""
-    fixed = jax.lax.stop_gradient((process, speeds))
-
-    def search(speed: Array) -> tuple[Array, Array, Array, Array, Array]:
-        _, family = operator_family(fixed[0], method, speed, jnp.asarray(gains[0]))
-        values = jax.vmap(lambda g: _growth_of(family(g)))(jnp.asarray(gains))
-        unstable = values >= 0
-        first = jnp.argmax(unstable)
-        before = jnp.maximum(first - 1, 0)
-        ends = values[before], values[first]
-        low, high = jnp.asarray(gains)[before], jnp.asarray(gains)[first]
-        crossing = find_crossing(family, low, high, ends, SQUARINGS)
-        bracketed = unstable.any() & (first > 0)
-        good = bracketed & (jnp.abs(crossing.growth) < jnp.sqrt(jnp.finfo(values.dtype).eps) / 10)
-        status = jnp.where(
-            good,
-            Status.FOUND,
-            jnp.where(
-                unstable[0],
-                Status.UNSTABLE_AT_THE_LOWER_BOUND,
-                jnp.where(bracketed | jnp.isnan(values).any(), Status.NOT_CONVERGED, Status.NONE_IN_RANGE),
-            ),
-        )
-        gain: Array = jnp.where(good, crossing.gain, jnp.nan)
-        label = label_densely(fixed[0], method, speed, jnp.nan_to_num(gain, nan=gains[0]))
-        status = jnp.where(good & (jnp.log(label.rival) > -TIE), Status.TIE, status)
-        frequency = jnp.where(good, label.frequency, jnp.nan)
-        return gain, status, frequency, jnp.where(good, label.kind, Kind.NONE), crossing.slope
-
-    root, status, frequency, kind, slope = jax.lax.stop_gradient(jax.lax.map(search, fixed[1]))
-    # On the limit the growth stays zero: ∂F/∂θ dθ + ∂F/∂g dg = 0.
-    safe = jnp.where(jnp.isnan(root), gains[0], root)
-    residual = jax.vmap(partial(growth, process, method))(speeds, safe)
-    gain = root - (residual - jax.lax.stop_gradient(residual)) / slope
-    nothing = jnp.full((*jnp.shape(gain), 1, 2), jnp.nan)
-    parts = {"gain": gain, "chatter_frequency": frequency, "kind_code": kind, "status_code": status}
-    return Limit(
-        speed=speeds,
-        bounds=(float(gains[0]), float(gains[-1])),
-        quantity=quantity_of(process),
-        speed_unit=process.speed_unit,
-        process={"type": type(process).__name__},
-        method=describe(method),
-        seconds=float("nan"),
-        intervals=nothing,
-        error=nothing[:, 0, 0],
-        **parts,
-    )
-
-
-def _growth_of(matrix: Array) -> Array:
-    pair = power.dominant(matrix, jnp.asarray(_SCAN_SQUARINGS))
-    return jnp.log(jnp.sum(pair.value**2)) / 2

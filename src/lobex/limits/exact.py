@@ -19,6 +19,7 @@ import numpy as np
 from lobex import _checks
 from lobex._float64 import in_float64
 from lobex._pytree import pytree
+from lobex.limits.above import above
 from lobex.limits.brackets import cells, half_turns
 from lobex.limits.receptance import Curve, ModalCurve, Receptance, SampledCurve, receptance
 from lobex.limits.search import Crossing, lowest_crossing, phase
@@ -103,7 +104,7 @@ def exact_branches(source: Source, omega: Array, lobes: int = 10) -> ExactBranch
     return ExactBranches(*_branches(source, omega, _checks.integer("lobes", lobes, 1)))
 
 
-def exact_critical(source: Source, speed: Array) -> ExactLimit:
+def exact_critical(source: Source, speed: Array, lowest: Array | None = None) -> ExactLimit:
     """The stability limit at each speed, to rounding: no discretisation of the delay, no grid of gains.
 
     The frequency axis is cut, independently of the speed, into cells where Re G and d arg G/dω are
@@ -118,10 +119,12 @@ def exact_critical(source: Source, speed: Array) -> ExactLimit:
     Args:
         source: ``Rub``, ``Turning``, or the ``Modes`` (one contact direction) or measured ``Receptance`` of a rub.
         speed: speeds in Hz (revolutions per second), any shape.
+        lowest: of modes, a gain above zero to search from, one number, in the place of 0.
 
     Returns:
         ``ExactLimit`` of the shape of ``speed``. Modes have a limit at every speed, and it is 0 where a mode
-        without damping gains energy; of a measurement only frequencies within its band are looked at.
+        without damping gains energy; of a measurement only frequencies within its band are looked at. NaN where the
+        gain ``lowest`` is unstable.
 
     Raises:
         ValueError: for a source of another kind, several contact directions, or speeds that are not above
@@ -130,7 +133,7 @@ def exact_critical(source: Source, speed: Array) -> ExactLimit:
     source = _checked(source)
     speed = np.asarray(speed) if isinstance(speed, list | tuple) else speed
     check_speed(source, speed)  # pyright: ignore[reportArgumentType]
-    return ExactLimit(*_critical(source, speed))
+    return ExactLimit(*_critical(source, speed, lowest))
 
 
 def exact_minimum(source: Source, lobes: int = 10) -> ExactMinimum:
@@ -197,7 +200,7 @@ def _lobe_speeds(response: Array, omega: Array, lobes: int) -> Array:
 
 @in_float64
 @jax.jit
-def _critical(source: Source, speed: Array) -> tuple[Array, Array, Array, Array]:
+def _critical(source: Source, speed: Array, lowest: Array | None) -> tuple[Array, Array, Array, Array]:
     curve, stiffness = _curve(source)
     speed = jnp.asarray(speed, dtype=jnp.result_type(float))
     # The search is done with the values alone; the derivative is put on its result.
@@ -205,9 +208,13 @@ def _critical(source: Source, speed: Array) -> tuple[Array, Array, Array, Array]
     parts = cells(still)
 
     def point(speed: Array) -> tuple[Array, Array, Array, Array]:
-        found = lowest_crossing(still, parts, jax.lax.stop_gradient(speed))
+        still_speed = jax.lax.stop_gradient(speed)
+        mine, stable = parts, True
+        if lowest is not None:
+            mine, stable = above(still, parts, still_speed, lowest * jax.lax.stop_gradient(stiffness))
+        found = lowest_crossing(still, mine, still_speed)
         offset = _follow(curve, speed, found)
-        exists = found.gain < jnp.inf
+        exists = stable & (found.gain < jnp.inf)
         gain = jnp.where(exists, _gain(curve, found.row, offset) / stiffness, jnp.nan)
         omega = jnp.where(exists, curve.anchor[found.row] + offset, jnp.nan)
         return gain, omega, found.lobe.astype(int), found.tie

@@ -76,11 +76,11 @@ def exact_limit(process: Process, speed: Any) -> Limit:
     check_speed(process, speed)
     warn_of_implausible(process, speed)
     begun = time.perf_counter()
-    speed = np.atleast_1d(np.asarray(speed, dtype=float)) if not _checks.is_traced(speed) else jnp.atleast_1d(speed)
+    lib = jnp if _checks.is_traced((process, speed)) else np
+    speed = jnp.atleast_1d(jnp.asarray(speed)) if _checks.is_traced(speed) else np.atleast_1d(np.asarray(speed, float))
     if np.ndim(speed) != 1 or np.size(speed) == 0:
         raise ValueError(f"speed has shape {np.shape(speed)}; give one speed or a list of them")
     gain, frequency, kind, tie, low = _hayes(process, speed) if isinstance(process, Scalar) else _lobes(process, speed)
-    lib: Any = jnp if any(map(_checks.is_traced, jax.tree.leaves((process, speed)))) else np
     modes = getattr(process, "modes", None)
     neutral = lib.zeros(speed.shape, bool) if not isinstance(modes, Modes) else undefined(modes, speed)
     gain, frequency = (lib.where(neutral, lib.nan, part) for part in (gain, frequency))
@@ -119,6 +119,7 @@ def exact_lobes(process: Process, lobes: int = 10) -> ExactLobes:
         LobexWarning: for damping that can only be in per cent.
     """
     check_process(process)
+    _checks.untraced("exact_lobes", process=process)
     source = _source(process)
     warn_of_implausible(process, [])
     omega = _frequencies(source)

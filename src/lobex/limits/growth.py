@@ -7,9 +7,10 @@ import jax
 import jax.numpy as jnp
 
 from lobex.floquet import dense, iteration, power
-from lobex.floquet.dense import Triple, largest_modulus
+from lobex.floquet.dense import Triple
 from lobex.operators.operator import Method
 from lobex.processes.process import Process
+from lobex.verbs import radius
 
 Array = Any
 # The operator's matrix as a function of the gain.
@@ -26,7 +27,7 @@ SQUARINGS = 10
 
 def growth(process: Process, method: Method, speed: Array, gain: Array) -> Array:
     """log max|μ| at one point, below 0 where stable; differentiable by the rule of the dominant multiplier."""
-    return jnp.log(largest_modulus(method.operator(process.system(speed, gain)).matrix))
+    return jnp.log(radius(process, method, speed, gain))
 
 
 def growth_and_gradient(

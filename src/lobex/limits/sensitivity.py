@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex import _checks
+from lobex._float64 import at_once, widened
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids.choice import operator_of
 from lobex.limits.batches import in_batches
@@ -74,6 +75,7 @@ def sensitivities(
     Warns:
         LobexWarning: as ``exact_limit`` and ``critical_gain``.
     """
+    _checks.untraced("sensitivities", process=process, speed=speed, at=at)
     if at is None:
         parameters, build = process, _itself
         check_process(process)
@@ -81,7 +83,7 @@ def sensitivities(
         if hasattr(process, "system") or not callable(process):
             raise ValueError(f"process = {_checks.brief(process)}: with at, give a function of its numbers")
         parameters, build = _numbers(at), process
-        with jax.enable_x64(True):
+        with at_once():
             process = build(parameters)
         check_process(process)
     _refuse_measurements(process)
@@ -113,8 +115,8 @@ def at_limit(limit: Limit, build: Builder, parameters: Any, method: Method | Non
     values = np.tile(np.r_[number_values(parameters), 0.0], (len(limit.speed), 1))
     values[:, -1] = limit.speed
     derivative = np.full((len(limit.speed), len(names)), np.nan)
-    with jax.enable_x64(True):
-        wide = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=np.float64), parameters)
+    with at_once():
+        wide = widened(parameters)
         if found.size and method is None:
             derivative[found] = in_batches(_closed_form, (build, wide), (speed,))
         elif found.size:

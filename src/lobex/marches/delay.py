@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex import _checks
+from lobex._float64 import at_once, widened
 from lobex.marches.growth_fit import MOST_PERIODS, fit_growth
 from lobex.marches.lanes import check_steps, lanes_of, warn_of_lost_lanes
 from lobex.marches.linear import Motion, march_system
@@ -80,10 +81,11 @@ def march_delay(
     every = _checks.integer("every", every, 1)
     if steps % every:
         raise ValueError(f"every = {every} does not divide steps_per_period = {steps}; give a divisor")
+    _checks.untraced("a march", process=process, speed=speed, gain=gain)
     speeds, gains = lanes_of(process, speed, gain)
     begun = time.perf_counter()
-    with jax.enable_x64(True):
-        process = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=np.float64), process)
+    with at_once():
+        process = widened(process)
         system = jax.tree.map(np.asarray, _systems(process, speeds.ravel(), gains.ravel()))
         outputs = np.shape(system.inputs)[-1]
         check_steps("steps_per_period", system, np.asarray(_stiffness(system)), speeds.ravel(), steps)

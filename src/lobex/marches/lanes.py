@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 
-from lobex import _checks
 from lobex._warnings import SweepWarning, warn
 from lobex.marches.resolution import STEPS_PER_WAVE, fastest_fed
 from lobex.processes.plausible import warn_of_implausible
@@ -17,11 +16,6 @@ def lanes_of(process: Process, speed: Any, gain: Any, name: str = "gain") -> tup
     """Speeds and gains of all lanes, both of the broadcast shape."""
     check_speed(process, speed)
     check_gain(process, gain)
-    for argument, value in (("speed", speed), (name, gain)):
-        if _checks.is_traced(value):
-            raise ValueError(
-                f"{argument} is traced by JAX; a march runs outside jit, grad and vmap: give plain numbers"
-            )
     try:
         speeds, gains = np.broadcast_arrays(np.asarray(speed, dtype=float), np.asarray(gain, dtype=float))
     except ValueError:

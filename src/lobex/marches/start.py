@@ -40,6 +40,7 @@ def growing_history(
     """
     if not isinstance(rod, Rod):
         raise ValueError(f"rod = {_checks.brief(rod)} is no rod; give lobex.Rod()")
+    _checks.untraced("a march", rod=rod, speed=speed, tip=tip, rate=rate)
     _checks.positive("speed", speed, "Hz")
     for name, value in (("tip", tip), ("rate", rate)):
         _checks.scalar(name, value)

@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex import _checks
+from lobex._float64 import at_once, widened
 from lobex.contact.laws import ContactLaw, Plastic, check_law
 from lobex.marches.cutting import Pass, march_cut
 from lobex.marches.lanes import check_steps, lanes_of, warn_of_lost_lanes
@@ -73,6 +74,7 @@ def simulate_turning(
         raise ValueError(
             f"modes has {modes.directions} contact directions; turning takes 1, that of the chip thickness"
         )
+    _checks.untraced("a march", modes=modes, law=law, speed=speed, depth=depth, feed=feed)
     _check_cutting(law)
     _checks.not_negative("depth", depth, "m")
     _checks.positive("feed", feed, "m")
@@ -85,8 +87,8 @@ def simulate_turning(
     tool = Turning(modes, 1.0)
     speeds, depths = lanes_of(tool, speed, depth, name="depth")
     begun = time.perf_counter()
-    with jax.enable_x64(True):
-        tool, law, feed = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=np.float64), (tool, law, feed))
+    with at_once():
+        tool, law, feed = widened((tool, law, feed))
         system = jax.tree.map(np.asarray, _structures(tool, speeds.ravel()))
         slope = float(jax.grad(law.force)(jnp.asarray(feed)))
         check_steps("steps_per_revolution", system, 2 * depths.ravel() * abs(slope), speeds.ravel(), steps)
@@ -120,7 +122,7 @@ def _check_cutting(law: Any) -> None:
     if isinstance(law, Plastic):
         raise ValueError("law = Plastic is a coating, which does not part into chips; give a cutting law")
     width = getattr(law, "width", 1.0)
-    if not _checks.is_traced(width) and float(width) != 1.0:
+    if float(width) != 1.0:
         raise ValueError(f"law.width = {float(width):.6g} would count twice beside depth; give a law of width 1.0")
 
 

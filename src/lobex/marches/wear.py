@@ -15,6 +15,7 @@ from tqdm import tqdm
 
 from lobex import _checks
 from lobex._devices import on_device
+from lobex._float64 import at_once, widened
 from lobex._warnings import SweepWarning, warn
 from lobex.contact.casing import Casing, check_casing
 from lobex.contact.laws import ContactLaw, check_law
@@ -65,8 +66,8 @@ def march_wear(
     samples = _checks.integer("samples_per_revolution", samples_per_revolution, 16)
     history = _checked_speeds(modes, casing, law, speed, revolutions, plausible)
     begun = time.perf_counter()
-    with jax.enable_x64(True):
-        modes, law, casing = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=np.float64), (modes, law, casing))
+    with at_once():
+        modes, law, casing = widened((modes, law, casing))
         profile = np.asarray(casing.profile(steps))
         _check_steps(modes, casing, law, profile, float(history.min()), steps)
     factor = factor_for(steps, samples)
@@ -109,8 +110,7 @@ def _checked_speeds(modes: Any, casing: Any, law: Any, speed: Any, revolutions: 
     check_law(law)
     if modes.directions != 1:
         raise ValueError(f"modes have {modes.directions} contact directions; give modes with one")
-    if any(map(_checks.is_traced, jax.tree.leaves((modes, casing, law, speed)))):
-        raise ValueError("an argument is traced by JAX; march_wear runs outside jit, grad and vmap: give plain numbers")
+    _checks.untraced("a march", modes=modes, casing=casing, law=law, speed=speed)
     check_speed(Rub(modes), speed)
     if plausible:
         warn_of_implausible(Rub(modes), speed)

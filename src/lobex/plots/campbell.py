@@ -44,6 +44,7 @@ def campbell(
         ValueError: for anything but modes, and numbers that are not positive.
     """
     check_modes(modes)
+    _checks.untraced("a picture", modes=modes)
     nodal_diameters = _checks.integer("nodal_diameters", nodal_diameters, 1)
     natural = np.sort(np.asarray(modes.frequency))
     fastest = 1.3 * natural[0] / nodal_diameters if highest_speed is None else highest_speed

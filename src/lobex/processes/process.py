@@ -3,6 +3,7 @@
 from typing import Any, ClassVar, Protocol
 
 from lobex import _checks
+from lobex._pytree import check_pytree
 from lobex.processes.plausible import TOO_FAST, passes_per_period
 from lobex.processes.quantity import Quantity, has_units
 from lobex.processes.system import DelaySystem
@@ -12,6 +13,9 @@ Array = Any
 
 class Process(Protocol):
     """A delayed process: speed (revolutions per second) and gain in, a delay system out.
+
+    A pytree of numbers. The gain enters P and Q alone, and affinely: operators keep the structure's part of one gain
+    for all. ``differentiable``, if there is one, is what ``processes.process.differentiable`` asks for.
 
     Attributes:
         gain: what the gain is.
@@ -30,9 +34,23 @@ class Process(Protocol):
 
 
 def check_process(process: Any) -> None:
-    """Require something that makes a delay system."""
+    """Require something that makes a delay system, says what its gain is, and is a pytree of numbers."""
     if isinstance(process, type) or not callable(getattr(process, "system", None)):
         raise ValueError(f"process = {_checks.brief(process)} is no process; give one such as lobex.Rub(modes)")
+    for name, kind in (("gain", Quantity), ("speed_unit", str)):
+        if not isinstance(getattr(process, name, None), kind):
+            raise ValueError(
+                f"process = {_checks.brief(process)} has no {name}; give its class one, such as that of lobex.Rub"
+            )
+    check_pytree("process", process)
+
+
+def differentiable(process: Process) -> tuple[tuple[float, Process], ...]:
+    """Processes, with weights, whose derivatives by their own numbers add up to those of ``process``: itself, unless
+    it knows better.
+    """
+    own = getattr(process, "differentiable", None)
+    return ((1.0, process),) if own is None else own()
 
 
 def check_speed(process: Process, speed: Any) -> None:

@@ -7,8 +7,14 @@ SPEED_UNITS = ("Hz", "rpm", "1")
 
 
 class Quantity(NamedTuple):
-    """A gain: ``scale`` of the display unit in SI, whether it may be negative, and whether all present forces are
-    the same whatever it is.
+    """What a gain is, and what its process promises of it; nothing checks the promises.
+
+    Attributes:
+        name, symbol, unit: for axes and messages.
+        display_unit, scale: the unit of axes, and its size in SI.
+        signed: negative gains have a meaning. Otherwise they are refused.
+        delayed_only: the present forces P y are the same whatever the gain, which acts on the delayed ones alone.
+            Operators then solve for the present forces once, and numbers are wrong where the promise is not kept.
     """
 
     name: str

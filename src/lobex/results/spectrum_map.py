@@ -140,6 +140,7 @@ def critical_speeds(modes: Modes, nodal_diameters: int = 2, harmonics: int = 3) 
         moves them up.
     """
     check_modes(modes)
+    _checks.untraced("critical_speeds", modes=modes)
     return critical_speeds_of(np.asarray(modes.frequency), nodal_diameters, harmonics)
 
 

@@ -80,7 +80,7 @@ def _symmetric_pencil(mass: Any, stiffness: Any) -> tuple[Array, Array]:
 
 def _resolved(mass: Any, stiffness: Any, inverse: Array, vectors: Array) -> tuple[Array, Array]:
     """The modes of which rounding leaves something; all of them where they are traced."""
-    if any(map(_checks.is_traced, (mass, stiffness))):
+    if _checks.is_traced((mass, stiffness)):
         return inverse, vectors
     _check_clamped(np.diagonal(mass), np.diagonal(stiffness), inverse[0])
     kept = inverse > len(inverse) * np.finfo(float).eps * inverse[0]

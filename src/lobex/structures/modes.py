@@ -50,8 +50,7 @@ class Modes:
             _checks.as_numbers("force_shape", self.force_shape, "1/√kg")
         for name in ("angular_frequency", "damping_ratio", "shape", "force_shape"):
             # JAX takes a list for a tree of numbers.
-            if isinstance(getattr(self, name), list | tuple):
-                object.__setattr__(self, name, np.asarray(getattr(self, name), dtype=float))
+            object.__setattr__(self, name, _checks.as_array(getattr(self, name)))
         count = np.shape(self.angular_frequency)
         if len(count) != 1 or count[0] == 0:
             raise ValueError(f"angular_frequency has shape {count}; give one value per mode, shape (n,)")

@@ -56,6 +56,7 @@ class Variation:
     """
 
     def __init__(self, model: Any, axes: Axes) -> None:
+        _checks.untraced("a study", model=model)
         self.axes = axes
         whole = model if isinstance(model, dict) else {"": model}
         self.functions: dict[str, Callable[[Any], Any]] = {k: v for k, v in whole.items() if _is_function(v)}

@@ -73,9 +73,9 @@ def critical_gain(
     that begins and ends between two scanned gains without showing in the slopes beside it is missed: take a finer
     scan.
 
-    Under ``jit``, ``grad`` or ``vmap`` the lowest crossing alone is found, with an operator of fixed size, and
-    ``gain`` carries the derivative by the implicit function theorem with respect to speed and every number of the
-    process; ``intervals`` and ``error`` are NaN there.
+    Under ``jit``, ``grad`` or ``vmap`` of speed or process the lowest limit alone is found: by D-subdivision of ``Rub``
+    and ``Turning`` in one direction, else with an operator of fixed size. ``gain`` carries the derivative by the
+    implicit function theorem by speed and every number of the process; ``intervals`` and ``error`` are NaN.
 
     With ``over`` and ``store`` as for ``sweep``: further axes, and a folder to which the chunks go.
 

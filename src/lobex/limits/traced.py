@@ -1,0 +1,116 @@
+"""The critical gain under ``jit``, ``grad`` and ``vmap``: the lowest limit in pure JAX, with its derivative."""
+
+from functools import partial
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from lobex._float64 import in_float64
+from lobex.characteristic.method import CharacteristicRoots
+from lobex.floquet import power
+from lobex.grids.choice import operator_of
+from lobex.limits.crossings import TIE, label_densely, operator_family
+from lobex.limits.exact import exact_critical
+from lobex.limits.growth import SQUARINGS, find_crossing, growth
+from lobex.operators.operator import Method
+from lobex.processes.process import Process
+from lobex.processes.regenerative import Rub, Turning
+from lobex.results.description import describe
+from lobex.results.limit import Kind, Limit, Status
+
+Array = Any
+# Gain, chatter frequency, kind and status of every speed.
+_Parts = tuple[Array, Array, Array, Array]
+
+# Of the scan, where only the sign counts.
+_SCAN_SQUARINGS = 16
+
+
+def traced_critical_gain(
+    process: Process, speed: Any, gains: np.ndarray, method: Method | CharacteristicRoots | None
+) -> Limit:
+    """The lowest limit between the first and the last of ``gains`` where speed or process are traced.
+
+    ``Rub`` and ``Turning`` have it by D-subdivision, unless a method with an operator is asked for. Of everything
+    else the gains are scanned with an operator of fixed size, and Newton's method polishes the first crossing.
+    """
+    speeds = jnp.atleast_1d(jnp.asarray(speed, dtype=jnp.result_type(float)))
+    exact = method is None or isinstance(method, CharacteristicRoots)
+    if exact and isinstance(process, Rub | Turning) and process.modes.directions == 1:
+        method = CharacteristicRoots()
+        parts = _by_subdivision(process, speeds, float(gains[0]), float(gains[-1]))
+    else:
+        method = operator_of(method)
+        parts = _by_operator(process, speeds, gains, method)
+    gain, frequency, kind, status = parts
+    nothing = jnp.full((*jnp.shape(gain), 1, 2), jnp.nan)
+    return Limit(
+        speed=speeds,
+        gain=gain,
+        chatter_frequency=frequency,
+        kind_code=kind,
+        status_code=status,
+        intervals=nothing,
+        error=nothing[:, 0, 0],
+        bounds=(float(gains[0]), float(gains[-1])),
+        quantity=process.gain,
+        speed_unit=process.speed_unit,
+        process={"type": type(process).__name__},
+        method=describe(method),
+        seconds=float("nan"),
+    )
+
+
+def _by_subdivision(process: Rub | Turning, speeds: Array, lowest: float, highest: float) -> _Parts:
+    found = exact_critical(process, speeds, lowest if lowest > 0 else None)
+    within = found.gain <= highest
+    status = jnp.where(within, jnp.where(found.tie, Status.TIE, Status.FOUND), Status.NONE_IN_RANGE)
+    status = jnp.where(jnp.isnan(found.gain), Status.UNSTABLE_AT_THE_LOWER_BOUND, status)
+    # A product, so that where there is no limit its derivative is no number either.
+    known = jnp.where(within, 1.0, jnp.nan)
+    return known * found.gain, known * found.chatter_frequency, jnp.where(within, Kind.HOPF, Kind.NONE), status
+
+
+@in_float64
+def _by_operator(process: Process, speeds: Array, gains: np.ndarray, method: Method) -> _Parts:
+    fixed = jax.lax.stop_gradient((process, speeds))
+
+    def search(speed: Array) -> tuple[Array, Array, Array, Array, Array]:
+        _, family = operator_family(fixed[0], method, speed, jnp.asarray(gains[0]))
+        values = jax.vmap(lambda g: _growth_of(family(g)))(jnp.asarray(gains))
+        unstable = values >= 0
+        first = jnp.argmax(unstable)
+        before = jnp.maximum(first - 1, 0)
+        ends = values[before], values[first]
+        low, high = jnp.asarray(gains)[before], jnp.asarray(gains)[first]
+        crossing = find_crossing(family, low, high, ends, SQUARINGS)
+        bracketed = unstable.any() & (first > 0)
+        good = bracketed & (jnp.abs(crossing.growth) < jnp.sqrt(jnp.finfo(values.dtype).eps) / 10)
+        status = jnp.where(
+            good,
+            Status.FOUND,
+            jnp.where(
+                unstable[0],
+                Status.UNSTABLE_AT_THE_LOWER_BOUND,
+                jnp.where(bracketed | jnp.isnan(values).any(), Status.NOT_CONVERGED, Status.NONE_IN_RANGE),
+            ),
+        )
+        gain: Array = jnp.where(good, crossing.gain, jnp.nan)
+        label = label_densely(fixed[0], method, speed, jnp.nan_to_num(gain, nan=gains[0]))
+        status = jnp.where(good & (jnp.log(label.rival) > -TIE), Status.TIE, status)
+        frequency = jnp.where(good, label.frequency, jnp.nan)
+        return gain, status, frequency, jnp.where(good, label.kind, Kind.NONE), crossing.slope
+
+    root, status, frequency, kind, slope = jax.lax.stop_gradient(jax.lax.map(search, fixed[1]))
+    # On the limit the growth stays zero: ∂F/∂θ dθ + ∂F/∂g dg = 0.
+    safe = jnp.where(jnp.isnan(root), gains[0], root)
+    residual = jax.vmap(partial(growth, process, method))(speeds, safe)
+    gain = root - (residual - jax.lax.stop_gradient(residual)) / slope
+    return gain, frequency, kind, status
+
+
+def _growth_of(matrix: Array) -> Array:
+    pair = power.dominant(matrix, jnp.asarray(_SCAN_SQUARINGS))
+    return jnp.log(jnp.sum(pair.value**2)) / 2
