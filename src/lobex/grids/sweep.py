@@ -8,6 +8,7 @@ import jax
 import numpy as np
 
 from lobex import _checks
+from lobex._memory import check_memory
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids.choice import check_sweep_method, chosen_method
 from lobex.grids.evaluation import dominant_over_grid
@@ -19,6 +20,10 @@ from lobex.results.chart import Chart
 from lobex.results.description import describe
 
 Array = Any
+
+
+# A point of a chart: multiplier, modulus, frequency, error, and what stands beside them while they are computed.
+_BYTES = 100
 
 
 class SweepWarning(UserWarning):
@@ -39,6 +44,11 @@ def sweep(
     speeds, gains = _checks.grid("speed", speed, "Hz"), _checks.grid("gain", gain, process.gain.unit)
     check_speed(process, speeds)
     check_gain(process, gains)
+    check_memory(
+        f"speed and gain make {len(speeds)} × {len(gains)} points",
+        _BYTES * len(speeds) * len(gains),
+        "give a coarser grid, or a store that takes it in parts: store=, in the shell --store DIR",
+    )
     if method is None:
         method = chosen_method(process, float(speeds[0]))
     for message in oddities(process, method, float(speeds[0]), float(gains[-1])):

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex import _checks
+from lobex._memory import check_memory
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.floquet import power
 from lobex.grids.choice import check_sweep_method, chosen_method, operator_of
@@ -26,6 +27,8 @@ from lobex.results.limit import Kind, Limit, Status
 
 Array = Any
 
+# A sample of the scan: its multiplier, and its neighbours' while it is sorted.
+_BYTES = 60
 # Of the scan under transformations, where only the sign counts.
 _SCAN_SQUARINGS = 16
 
@@ -60,6 +63,11 @@ def critical_gain(
     slowest = float(speeds.min())
     if method is None:
         method = chosen_method(process, slowest)
+    check_memory(
+        f"speed and scan make {len(speeds)} × {scan} samples",
+        _BYTES * len(speeds) * scan,
+        "give fewer of them",
+    )
     for message in oddities(process, method, slowest, float(gains[-1])):
         warnings.warn(message, SweepWarning, stacklevel=3)
     with jax.enable_x64(True):

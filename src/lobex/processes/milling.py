@@ -17,6 +17,8 @@ from lobex.structures.modes import Modes, check_modes
 
 Array = Any
 
+_MOST_TEETH = 1000
+
 # Which parts of a tooth period are in the cut, where that is known before tracing.
 Layout = tuple[str, ...]
 
@@ -55,7 +57,7 @@ class Milling:
     speed_unit: ClassVar[str] = "rpm"
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "teeth", _checks.integer("teeth", self.teeth, 1))
+        object.__setattr__(self, "teeth", _checks.integer("teeth", self.teeth, 1, _MOST_TEETH))
         _checks.choice("direction", self.direction, ("down", "up"))
         for name in ("tangential", "normal"):
             check = _checks.positive if name == "tangential" else _checks.not_negative

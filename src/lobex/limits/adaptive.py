@@ -1,0 +1,99 @@
+"""The stability limit as a curve: speeds are added where it bends, ends or jumps, as an adaptive plotter does."""
+
+from collections.abc import Callable
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+
+from lobex import _checks
+from lobex.results.limit import Limit, Status
+
+Search = Callable[[np.ndarray], Limit]
+
+# Of the curve's own width and height: about the width of a drawn line.
+_TOLERANCE = 1e-3
+# Speeds that are searched together: the verbs fill up smaller batches.
+_BATCH = 32
+_SUMS = ("seconds", "compiling")
+
+
+def follow(search: Search, speed: Any, budget: int) -> Limit:
+    """The limit at the given speeds and at up to ``budget`` speeds more, sorted by speed.
+
+    A gap between neighbours is halved where a corner of the line through the limits stands out by more than 1/1000
+    of the curve's width and height, and where a limit ends, or the number of stable intervals changes, within a gap of
+    more than 1/1000 of its width; the worst gaps first. What lies wholly between two speeds that show nothing of it
+    is not found.
+
+    Args:
+        search: the limits at increasing speeds, (n,), such as ``partial(critical_gain, process, bounds=bounds)`` with
+            the speeds as its next argument, or ``partial(exact_limit, process)``.
+        speed: increasing speeds to begin with, (n,), Hz; nothing is added to fewer than 3.
+        budget: most speeds to add; 0 for none.
+
+    Raises:
+        ValueError: for speeds that are not increasing, a negative budget, and what ``search`` refuses.
+    """
+    speeds = _checks.grid("speed", speed, "Hz")
+    left = _checks.integer("budget", budget, 0)
+    limit = search(speeds)
+    while left and (added := _added(limit))[:left].size:
+        added = np.sort(added[: min(left, _BATCH)])
+        limit = merged(limit, search(added))
+        left -= len(added)
+    return limit
+
+
+def merged(first: Limit, second: Limit) -> Limit:
+    """The limits of the same search at the speeds of both, in order of speed."""
+    counts = len(first.speed), len(second.speed)
+    width = max(first.intervals.shape[1], second.intervals.shape[1])
+    first, second = (_widened(part, width) for part in (first, second))
+    order = np.argsort(np.concatenate([first.speed, second.speed]), kind="stable")
+    changes: dict[str, Any] = {}
+    for field in fields(first):
+        parts = getattr(first, field.name), getattr(second, field.name)
+        if field.name in _SUMS:
+            changes[field.name] = sum(parts)
+        elif all(np.shape(part)[:1] == (count,) for part, count in zip(parts, counts, strict=True)):
+            changes[field.name] = np.concatenate(parts)[order]
+    return replace(first, **changes)
+
+
+def _widened(limit: Limit, width: int) -> Limit:
+    missing = width - limit.intervals.shape[1]
+    return replace(limit, intervals=np.pad(limit.intervals, ((0, 0), (0, missing), (0, 0)), constant_values=np.nan))
+
+
+def _added(limit: Limit) -> np.ndarray:
+    """The middles of the gaps that need one, the worst first."""
+    if len(limit.speed) < 3:
+        return np.empty(0)
+    worth = _worth(limit)
+    order = np.argsort(-worth, kind="stable")
+    order = order[worth[order] > _TOLERANCE]
+    return (limit.speed[order] + limit.speed[order + 1]) / 2
+
+
+def _worth(limit: Limit) -> np.ndarray:
+    """By how much the line in each gap may be wrong, of the picture's width and height, (n − 1,)."""
+    x = (limit.speed - limit.speed[0]) / np.ptp(limit.speed)
+    known = np.isfinite(limit.gain)
+    height = np.ptp(limit.gain[known]) if known.any() else 0.0
+    y = limit.gain / height if height > 0 else limit.gain * 0.0
+    gap = np.diff(x)
+    corner = np.zeros(len(x))
+    corner[1:-1] = _distance(x, y)
+    worth = np.maximum(corner[1:], corner[:-1])
+    # An end is as wrong as its gap is wide, and a jump where it is not higher than that.
+    status = np.where(limit.status_code == Status.TIE, Status.FOUND, limit.status_code)
+    stable = np.sum(np.isfinite(limit.intervals[:, :, 0]), axis=1)
+    return np.where((np.diff(status) != 0) | (np.diff(stable) != 0), np.maximum(gap, worth), worth)
+
+
+def _distance(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Of each inner point from the chord between its neighbours, (n − 2,); 0 where one of them has no limit."""
+    run, rise = x[2:] - x[:-2], y[2:] - y[:-2]
+    off = np.abs(rise * (x[1:-1] - x[:-2]) - run * (y[1:-1] - y[:-2])) / np.hypot(run, rise)
+    return np.nan_to_num(off)
