@@ -11,7 +11,7 @@ from lobex.results.limit import Limit, Status
 
 Search = Callable[[np.ndarray], Limit]
 
-# Of the curve's own width and height: about the width of a drawn line.
+# Of the picture's width and height: about the width of a drawn line.
 _TOLERANCE = 1e-3
 # Speeds that are searched together: the verbs fill up smaller batches.
 _BATCH = 32
@@ -21,10 +21,10 @@ _SUMS = ("seconds", "compiling")
 def follow(search: Search, speed: Any, budget: int) -> Limit:
     """The limit at the given speeds and at up to ``budget`` speeds more, sorted by speed.
 
-    A gap between neighbours is halved where a corner of the line through the limits stands out by more than 1/1000
-    of the curve's width and height, and where a limit ends, or the number of stable intervals changes, within a gap of
-    more than 1/1000 of its width; the worst gaps first. What lies wholly between two speeds that show nothing of it
-    is not found.
+    A gap between neighbours is halved where the curve seems to stand off the line through them by more than 1/1000
+    of the picture's width and height, and where a limit ends, or the number of stable intervals changes, within a
+    gap of more than 1/1000 of its width; the worst gaps first. What lies wholly between two speeds that show nothing
+    of it is not found.
 
     Args:
         search: the limits at increasing speeds, (n,), such as ``partial(critical_gain, process, bounds=bounds)`` with
@@ -83,17 +83,28 @@ def _worth(limit: Limit) -> np.ndarray:
     height = np.ptp(limit.gain[known]) if known.any() else 0.0
     y = limit.gain / height if height > 0 else limit.gain * 0.0
     gap = np.diff(x)
-    corner = np.zeros(len(x))
-    corner[1:-1] = _distance(x, y)
-    worth = np.maximum(corner[1:], corner[:-1])
-    # An end is as wrong as its gap is wide, and a jump where it is not higher than that.
     status = np.where(limit.status_code == Status.TIE, Status.FOUND, limit.status_code)
     stable = np.sum(np.isfinite(limit.intervals[:, :, 0]), axis=1)
-    return np.where((np.diff(status) != 0) | (np.diff(stable) != 0), np.maximum(gap, worth), worth)
+    ends = (np.diff(status) != 0) | (np.diff(stable) != 0)
+    return np.where(ends, gap, _bulge(gap, np.diff(y)))
 
 
-def _distance(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Of each inner point from the chord between its neighbours, (n − 2,); 0 where one of them has no limit."""
-    run, rise = x[2:] - x[:-2], y[2:] - y[:-2]
-    off = np.abs(rise * (x[1:-1] - x[:-2]) - run * (y[1:-1] - y[:-2])) / np.hypot(run, rise)
-    return np.nan_to_num(off)
+def _bulge(run: np.ndarray, rise: np.ndarray) -> np.ndarray:
+    """How far the curve may stand off each chord (run, rise), (n − 1,): half of where its neighbours' lines meet.
+
+    Neighbours that turn to different sides make a step, which is drawn within its gap however high it is. Beside a
+    neighbour that turns sharply a curved branch may hide a corner: such a gap is not left wide.
+    """
+    length = np.hypot(run, rise)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        across = (run[:-1] * rise[1:] - run[1:] * rise[:-1]) / (length[1:] * length[:-1])
+        ahead = (run[1:] * run[:-1] + rise[1:] * rise[:-1]) / (length[1:] * length[:-1])
+        turn = np.arctan2(across, ahead)
+        left, right = np.append(np.nan, turn), np.append(turn, np.nan)
+        # At an end of the curve there is one neighbour.
+        left, right = np.where(np.isnan(left), right, left), np.where(np.isnan(right), left, right)
+        slant = 1 / np.tan(np.abs(left)) + 1 / np.tan(np.abs(right))
+        meeting = np.where(slant > 0, length / slant, 1.0) / 2
+    beside = run * np.sin(np.maximum(np.abs(left), np.abs(right)) / 2) / 4
+    most = np.where(np.sign(left) * np.sign(right) < 0, run / 2, 0.5)
+    return np.where(np.isfinite(left), np.maximum(np.minimum(meeting, most), beside), 0.0)

@@ -64,7 +64,8 @@ def plot_limit(
     upper.set_ylabel(gain_label(limit.quantity))
     lower.set_ylabel("chatter frequency (Hz)")
     lower.set_xlabel(label)
-    upper.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False, fontsize="small")
+    if upper.get_legend_handles_labels()[0]:
+        upper.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False, fontsize="small")
     return figure
 
 

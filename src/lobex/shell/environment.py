@@ -3,13 +3,11 @@
 import hashlib
 import os
 import platform
-import signal
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, NoReturn
+
+from lobex.shell.quitting import ended_at_once
 
 # XLA of these versions prints an error for every program that it finds in its cache: two words for how LLVM tunes
 # code count there as missing features of the processor. Its errors that matter are exceptions, too.
@@ -61,23 +59,3 @@ def _processor() -> str:
     except OSError:
         told = []
     return hashlib.sha256("\n".join(told or [platform.processor()]).encode()).hexdigest()[:10]
-
-
-@contextmanager
-def ended_at_once() -> Iterator[None]:
-    """Ctrl-C ends the process here and now: there is nothing to tidy, and an import cut short may not say so."""
-    before: Any = signal.getsignal(signal.SIGINT)
-    if before is not signal.default_int_handler:
-        # In the background, Ctrl-C is another's.
-        yield
-        return
-    signal.signal(signal.SIGINT, _end)
-    try:
-        yield
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
-def _end(*_: Any) -> NoReturn:
-    os.write(2, b"lobex: interrupted; nothing was written\n")
-    os._exit(130)

@@ -9,7 +9,7 @@ from typing import Any, NoReturn
 def main() -> None:
     """Entry point of the ``lobex`` command; bad input is one line on standard error and exit code 2."""
     # Nothing slow is imported before Ctrl-C is looked after.
-    from lobex.shell.environment import ended_at_once
+    from lobex.shell.quitting import ended_at_once
 
     try:
         with ended_at_once():
