@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import lobex
+from commands import Shell, run
 
 
-def run(*arguments, cwd=None):
-    """Run ``lobex`` in a process of its own."""
-    command = [sys.executable, "-m", "lobex.shell.main", *arguments]
-    return subprocess.run(command, capture_output=True, text=True, timeout=300, cwd=cwd)
+@pytest.fixture
+def shell(tmp_path, monkeypatch, capsys):
+    return Shell(tmp_path, monkeypatch, capsys)
 
 
 SMALL = {
@@ -117,7 +117,12 @@ def test_the_shell_computes_what_the_library_computes(tmp_path):
         (("lobes", "rub", "--speed", "50:nan:10"), "speed = "),
         (("lobes", "rub", "--speed", "0:50:10"), "speed = [0, "),
         (("lobes", "rub", "--speed", "-5:50:10"), "speed = [-5, "),
-        (("lobes", "rub", "--speed", "50"), "speed = '50'"),
+        (("lobes", "rub", "--speed", "50:90"), "speed = '50:90'"),
+        (("lobes", "rub", "--speed", "90,50"), "not strictly increasing"),
+        (("limit", "rub", "--gain", "1e5"), "the scan takes three or more"),
+        (("lobes", "turning", "--mass", "1,2"), "mass has 2 values for 1 natural frequencies"),
+        (("lobes", "milling", "--mass-y", "2"), "give --directions 2 or drop mass_y"),
+        (("march", "rub", "--speed", "50:90:9"), "18 points; give at most 6"),
         (("lobes", "rub", "--speed", "90:50:10"), "not strictly increasing"),
         (("lobes", "rub", "--speed", "50:90:2.5"), "speed = '50:90:2.5'"),
         (("lobes", "rub", "--gain", "-1:5:10"), "gain = [-1, "),
@@ -147,21 +152,25 @@ def test_the_shell_computes_what_the_library_computes(tmp_path):
         (("wobble",), "wobble"),
     ],
 )
-def test_bad_input_is_one_line_and_exit_code_2(arguments, words, tmp_path):
-    done = run(*arguments, cwd=tmp_path)
-    assert done.returncode == 2
-    assert done.stdout == ""
-    assert done.stderr.startswith("lobex: error: ")
-    assert done.stderr.count("\n") == 1
-    assert words in done.stderr
-    assert list(tmp_path.iterdir()) == []
+def test_bad_input_is_one_line_and_exit_code_2(shell, arguments, words):
+    assert words in shell.refuses(*arguments)
+
+
+def test_bad_input_in_a_process_of_its_own(tmp_path):
+    done = run("lobes", "rub", "--speed", "50:nan:10", cwd=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+    assert done.stderr.startswith("lobex: error: speed = ")
 
 
 @pytest.mark.parametrize("arguments", [(), ("--help",), ("lobes", "--help")])
-def test_help_names_the_commands(arguments):
-    done = run(*arguments)
-    assert done.returncode == 0
-    assert "lobes" in done.stdout
+def test_help_names_the_commands(shell, arguments):
+    assert shell(*arguments).code == 0
+    assert "lobes" in shell.out
+
+
+def test_version(shell):
+    assert shell("--version").code == 0
+    assert shell.out == f"lobex {lobex.__version__}\n"
 
 
 def test_a_closed_pipe_is_no_error():
@@ -172,12 +181,10 @@ def test_a_closed_pipe_is_no_error():
 
 
 @pytest.mark.parametrize("name", SMALL)
-def test_each_help_has_an_example_and_units(name):
-    done = run("lobes", name, "--help")
-    assert done.returncode == 0
-    assert f"Example: lobex lobes {name}" in done.stdout
-    assert "--gain" in done.stdout
-    assert "default:" in done.stdout
+def test_each_help_has_an_example_and_units(shell, name):
+    assert shell("lobes", name, "--help").code == 0
+    for words in (f"Example: lobex lobes {name}", "--gain", "default:"):
+        assert words in shell.out
 
 
 def test_warnings_are_one_line(tmp_path):
@@ -187,16 +194,38 @@ def test_warnings_are_one_line(tmp_path):
     assert "Traceback" not in done.stderr
 
 
-@pytest.mark.skipif(jax.__version_info__ < (0, 11), reason="the shell keeps no programs")
-def test_programs_that_another_process_is_still_writing_are_compiled_in_silence(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.delenv("JAX_COMPILATION_CACHE_DIR", raising=False)
-    arguments = ("lobes", "rub", *SMALL["rub"], "--store", "study", "--out", "here")
-    run(*arguments, cwd=tmp_path)
-    kept = [path for path in (tmp_path / "cache").rglob("*") if path.is_file() and path.stat().st_size > 100]
-    assert len(kept) > 20
-    for path in kept:
-        path.write_bytes(path.read_bytes()[:-40])
+def test_programs_are_kept_for_the_next_run(tmp_path, own_cache):
+    """Also those that another process is still writing are met in silence, and compiled."""
+    arguments = ("lobes", "rub", *SMALL["rub"], "--quiet", "--store", "study", "--out", "here")
+    first = run(*arguments, cwd=tmp_path)
+    assert (first.returncode, first.stderr) == (0, "")
+    (folder,) = (own_cache / "lobex").iterdir()
+    assert jax.__version__ in folder.name
+    kept = {path: path.read_bytes() for path in folder.rglob("*-cache")}
+    assert len(kept) > 3
+    # The next run finds all of them, and adds none.
     again = run(*arguments[:-4], "--store", "other", "--out", "again", cwd=tmp_path)
     assert (again.returncode, again.stderr) == (0, "")
-    assert lobex.load(tmp_path / "again.nc").multiplier == pytest.approx(lobex.load(tmp_path / "here.nc").multiplier)
+    assert set(folder.rglob("*-cache")) == set(kept)
+    for path, content in kept.items():
+        path.write_bytes(content[:-40])
+    broken = run(*arguments[:-4], "--store", "third", "--out", "broken", cwd=tmp_path)
+    assert (broken.returncode, broken.stderr) == (0, "")
+    for name in ("again", "broken"):
+        found = lobex.load(tmp_path / f"{name}.nc").multiplier
+        assert found == pytest.approx(lobex.load(tmp_path / "here.nc").multiplier)
+
+
+def test_no_programs_are_kept_where_that_is_switched_off(tmp_path, own_cache, monkeypatch):
+    monkeypatch.setenv("JAX_ENABLE_COMPILATION_CACHE", "false")
+    assert run("lobes", "rub", *SMALL["rub"], "--quiet", cwd=tmp_path).returncode == 0
+    assert [path for path in own_cache.rglob("*") if path.is_file()] == []
+
+
+@pytest.fixture
+def own_cache(tmp_path, monkeypatch):
+    """A cache folder of the test's own, and none of the settings that the tests make for themselves."""
+    for name in ("JAX_COMPILATION_CACHE_DIR", "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "TF_CPP_MIN_LOG_LEVEL"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return tmp_path / "cache"

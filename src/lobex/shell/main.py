@@ -5,6 +5,8 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any, NoReturn
 
+_MOST = 650
+
 
 def main() -> None:
     """Entry point of the ``lobex`` command; bad input is one line on standard error and exit code 2."""
@@ -67,7 +69,9 @@ def _chosen() -> Callable[[], None]:
 
 
 def _refuse(message: str) -> NoReturn:
-    print(f"lobex: error: {' '.join(message.split())}", file=sys.stderr)
+    line = " ".join(message.split())
+    # Of a word without end, its beginning is enough; the remedy stands last.
+    print(f"lobex: error: {line if len(line) < _MOST else f'{line[:400]} … {line[-200:]}'}", file=sys.stderr)
     raise SystemExit(2) from None
 
 

@@ -9,12 +9,17 @@ from typing import Any, get_args
 import tyro
 from tyro.constructors import ConstructorRegistry, PrimitiveConstructorSpec, PrimitiveTypeInfo
 
+from lobex import _checks
+
 _DESCRIPTION = """Stability lobe diagrams and time marches of delayed systems: blade rub, turning and milling.
 
 Example: lobex lobes rub --speed 50:400:351 --gain 4.5e4:4.5e6:401 --out rub
 
 lobex --version tells the version.
 """
+
+
+_RULE = re.compile(r"[╭╰]|[─-]{3,}$")
 
 
 def parse(commands: dict[str, Any], words: Sequence[str]) -> Any:
@@ -42,15 +47,18 @@ def parse(commands: dict[str, Any], words: Sequence[str]) -> Any:
 
 
 def _first_sentence(box: str) -> str:
-    """The message at the top of the parser's framed error, as one line."""
-    lines = []
+    """The message of the parser's framed error, as one line: what stands between its first rule and the next.
+
+    The title stands in the first rule or, where the terminal has no characters for frames, above it.
+    """
+    parts: list[list[str]] = [[]]
     for line in re.sub(r"\x1b\[[0-9;]*m", "", box).splitlines():
         text = line.strip(" │")
-        if text.startswith("──") and lines:
-            break
-        if text and not text.startswith(("╭", "╰", "──")):
-            lines.append(text)
-    return " ".join(lines)
+        if _RULE.match(text):
+            parts.append([])
+        elif text:
+            parts[-1].append(text)
+    return " ".join(next((part for part in parts[1:] if part), parts[0]))
 
 
 def _numbers() -> ConstructorRegistry:
@@ -69,7 +77,7 @@ def _numbers() -> ConstructorRegistry:
             try:
                 return kind(words[0])
             except ValueError:
-                raise ValueError(f"{words[0]!r} is not {what}") from None
+                raise ValueError(f"{_checks.brief(words[0])} is not {what}") from None
 
         return PrimitiveConstructorSpec(
             nargs=1,

@@ -25,7 +25,7 @@ def parse_grid(name: str, text: str, unit: str) -> np.ndarray:
         raise ValueError(wrong)
     _checks.as_numbers(name, (low, high), unit)
     if count > _MOST_VALUES:
-        raise ValueError(f"{name} = {text!r} asks for {count} values; give at most {_MOST_VALUES}")
+        raise ValueError(f"{name} = {_checks.brief(text)} asks for {count} values; give at most {_MOST_VALUES}")
     return _checks.grid(name, np.linspace(low, high, count), unit)
 
 
@@ -48,7 +48,7 @@ def is_range(text: str) -> bool:
 
 def _wrong(name: str, text: str) -> str:
     return (
-        f"{name} = {text!r} is not low:high:count with two or more values, nor numbers with commas; "
+        f"{name} = {_checks.brief(text)} is not low:high:count with two or more values, nor numbers with commas; "
         "give such as 50:400:351, 85 or 85,112"
     )
 
@@ -61,7 +61,7 @@ def _read(words: list[str]) -> tuple[float, ...]:
     try:
         return _numbers(words[0])
     except ValueError:
-        raise ValueError(f"{words[0]!r} is not a number or several with commas") from None
+        raise ValueError(f"{_checks.brief(words[0])} is not a number or several with commas") from None
 
 
 Range = Annotated[str, tyro.conf.arg(metavar="LOW:HIGH:COUNT|VALUE,...")]
