@@ -13,7 +13,7 @@ Search = Callable[[np.ndarray], Limit]
 
 # Of the picture's width and height: about the width of a drawn line.
 _TOLERANCE = 1e-3
-# Speeds that are searched together: the verbs fill up smaller batches.
+# Speeds that are searched together.
 _BATCH = 32
 _SUMS = ("seconds", "compiling")
 
@@ -27,7 +27,7 @@ def follow(search: Search, speed: Any, budget: int) -> Limit:
     of it is not found.
 
     Args:
-        search: the limits at increasing speeds, (n,), such as ``partial(critical_gain, process, bounds=bounds)`` with
+        search: the limits at speeds in any order, (n,), such as ``partial(critical_gain, process, bounds=bounds)`` with
             the speeds as its next argument, or ``partial(exact_limit, process)``.
         speed: increasing speeds to begin with, (n,), Hz; nothing is added to fewer than 3.
         budget: most speeds to add; 0 for none.
@@ -39,18 +39,19 @@ def follow(search: Search, speed: Any, budget: int) -> Limit:
     left = _checks.integer("budget", budget, 0)
     limit = search(speeds)
     while left and (added := _added(limit))[:left].size:
-        added = np.sort(added[: min(left, _BATCH)])
-        limit = merged(limit, search(added))
+        added = added[: min(left, _BATCH)]
+        # Of one size, filled up with repeats, so that the search is compiled once.
+        limit = merged(limit, search(np.resize(added, _BATCH)))
         left -= len(added)
     return limit
 
 
 def merged(first: Limit, second: Limit) -> Limit:
-    """The limits of the same search at the speeds of both, in order of speed."""
+    """The limits of the same search at the speeds of both, in order of speed, each once."""
     counts = len(first.speed), len(second.speed)
     width = max(first.intervals.shape[1], second.intervals.shape[1])
     first, second = (_widened(part, width) for part in (first, second))
-    order = np.argsort(np.concatenate([first.speed, second.speed]), kind="stable")
+    order = np.unique(np.concatenate([first.speed, second.speed]), return_index=True)[1]
     changes: dict[str, Any] = {}
     for field in fields(first):
         parts = getattr(first, field.name), getattr(second, field.name)

@@ -8,7 +8,8 @@ import tyro
 from lobex.shell.values import Range, Values
 
 
-def _count(hint: str) -> Any:
+def count_hint(hint: str) -> Any:
+    """How a whole number is shown whose default is in words."""
     return tyro.conf.arg(metavar="INT", help_behavior_hint=f"(default: {hint})")
 
 
@@ -24,13 +25,13 @@ class Discretization:
     """Characteristic roots (constant coefficients, no discretisation), exact structure with nodes chosen by the
     error, Chebyshev collocation, or semi-discretization (second order). If not given, the first of these that
     serves."""
-    nodes: Annotated[int | None, _count("40; duhamel: chosen")] = None
+    nodes: Annotated[int | None, count_hint("40; duhamel: chosen")] = None
     """Nodes per smooth piece of the delay, for chebyshev (taken with --nodes alone) and duhamel."""
     aligned: bool = True
     """End the Chebyshev pieces where a tooth enters or leaves; --no-aligned is the thesis' single interval."""
-    steps: Annotated[int | None, _count("40")] = None
+    steps: Annotated[int | None, count_hint("40")] = None
     """Semi-discretization steps per delay."""
-    order: Annotated[int | None, _count("0")] = None
+    order: Annotated[int | None, count_hint("0")] = None
     """Semi-discretization order, 0, 1 or 2; 0 is the thesis' mean of two samples."""
 
 
@@ -50,7 +51,7 @@ class Storage:
 
     store: Annotated[str | None, tyro.conf.arg(metavar="DIR", help_behavior_hint="(default: none)")] = None
     """Folder that chunks of the work go to as they are done. The same command goes on where it was ended."""
-    processes: Annotated[int | None, _count("1")] = None
+    processes: Annotated[int | None, count_hint("1")] = None
     """Processes to run on this machine, which share the store; each has a GPU of its own where there are several."""
     process: Annotated[str | None, tyro.conf.arg(metavar="K/N", help_behavior_hint="(default: Slurm's or MPI's)")] = (
         None

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lobex import _checks
 from lobex.shell.limit_arguments import Limit as LimitCommand
 from lobex.shell.models import check_discretization, method_of, output_files, process_of, speed_text, speeds_and_gains
 from lobex.shell.pictures import drawn
@@ -32,7 +33,9 @@ def run_limit(command: LimitCommand) -> None:
         other = "exact" if exact else "sensitivity"
         raise ValueError(f"store = {flags.storage.store!r} has no use with --{other}; drop one of the two")
     # Points of a list are asked for themselves, and what is stored or differentiated keeps to what is asked for.
-    budget = flags.curve.refine if is_range(speed_text(flags)) and flags.storage.store is None else 0
+    followed = is_range(speed_text(flags)) and flags.storage.store is None
+    wanted = len(speed) if flags.curve.refine is None else _checks.integer("refine", flags.curve.refine, 0)
+    budget = wanted if followed else 0
     with shared(flags.storage) as share:
         # JAX is slow to import: only now.
         from lobex.shell.environment import prepare_jax

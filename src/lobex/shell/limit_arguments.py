@@ -5,7 +5,7 @@ from typing import Annotated, ClassVar
 
 import tyro
 
-from lobex.shell.arguments import Milling, Rub, Turning
+from lobex.shell.arguments import Milling, Rub, Turning, count_hint
 from lobex.shell.values import Range
 
 
@@ -13,9 +13,9 @@ from lobex.shell.values import Range
 class Curve:
     """How finely the curve is drawn."""
 
-    refine: int = 200
-    """At most so many speeds are added where the limit of a range of speeds bends, ends or jumps, until the picture
-    shows no corner; 0 for none. Not with --sensitivity and --store, which keep to the speeds given."""
+    refine: Annotated[int | None, count_hint("as many as given")] = None
+    """Most speeds to add where the limit of a range of speeds bends, ends or jumps, until no corner of the line stands
+    out; 0 for none. Not with --sensitivity and --store, which keep to the speeds given."""
 
 
 @dataclass(frozen=True)
