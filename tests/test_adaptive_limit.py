@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lobex
-from lobex.limits.adaptive import follow, merged
+from lobex.limits.adaptive import limit_curve, merged
 from lobex.processes.quantity import DEPTH_OF_CUT
 from lobex.results.limit import Kind, Limit, Status
 
@@ -58,7 +58,7 @@ def interpolation_error(limit, margin):
 
 
 def test_the_line_through_the_limits_comes_close_where_it_was_far_off():
-    rough, fine = follow(search, SPEED, 0), follow(search, SPEED, 120)
+    rough, fine = limit_curve(search, SPEED, 0), limit_curve(search, SPEED, 120)
     # One of the first speeds sees the lens.
     assert interpolation_error(rough, 0.005) > 0.5
     assert interpolation_error(fine, 0.005) < 5e-3
@@ -67,13 +67,13 @@ def test_the_line_through_the_limits_comes_close_where_it_was_far_off():
 
 @pytest.mark.parametrize("place", [CUSP, *LENS, END])
 def test_cusp_lens_edges_and_end_are_pinned_to_a_thousandth_of_the_width(place):
-    fine = follow(search, SPEED, 120)
+    fine = limit_curve(search, SPEED, 120)
     right = np.searchsorted(fine.speed, place)
     assert fine.speed[right] - fine.speed[right - 1] < 4 * np.ptp(SPEED) / 1000
 
 
 def test_results_are_sorted_keep_the_speeds_given_and_belong_together():
-    fine = follow(search, SPEED, 27)
+    fine = limit_curve(search, SPEED, 27)
     assert len(fine.speed) == len(SPEED) + 27
     assert np.all(np.diff(fine.speed) > 0)
     assert set(SPEED) <= set(fine.speed)
@@ -87,9 +87,17 @@ def test_results_are_sorted_keep_the_speeds_given_and_belong_together():
 
 def test_a_straight_curve_and_few_speeds_get_none():
     calls = []
-    follow(partial(search, calls=calls, curve=lambda speed: 5 - speed), SPEED[:9], 50)
-    follow(partial(search, calls=calls), SPEED[:2], 50)
+    limit_curve(partial(search, calls=calls, curve=lambda speed: 5 - speed), SPEED[:9], 50)
+    limit_curve(partial(search, calls=calls), SPEED[:2], 50)
     assert [len(part) for part in calls] == [9, 2]
+
+
+def test_printing_is_in_the_units_of_the_picture():
+    text = repr(search(SPEED))
+    assert "21 speeds, 60 to 240 rpm" in text
+    assert "bounds           0 to 9000 mm" in text
+    assert "b = 400 mm at 123 rpm, hopf at 100 Hz" in text
+    assert "smallest limit   none\n" in repr(search(np.array([3.8, 3.9])))
 
 
 def test_times_add_up():
@@ -101,7 +109,7 @@ def test_the_closed_form_of_a_tool_with_two_modes():
     closed = partial(lobex.exact_limit, lobex.Turning(modes, radial=2e8))
     dense = np.linspace(60, 200, 4001)
     exact = closed(dense).gain
-    rough, fine = (follow(closed, np.linspace(60, 200, 41), budget) for budget in (0, 160))
+    rough, fine = (limit_curve(closed, np.linspace(60, 200, 41), budget) for budget in (0, 160))
     curve = np.column_stack([(dense - dense[0]) / np.ptp(dense), exact / np.ptp(exact)])
     along = np.diff(curve, axis=0)
 
@@ -126,4 +134,4 @@ def test_the_closed_form_of_a_tool_with_two_modes():
 )
 def test_bad_input(arguments, words):
     with pytest.raises(ValueError, match=words):
-        follow(search, *arguments)
+        limit_curve(search, *arguments)

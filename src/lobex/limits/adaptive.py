@@ -1,5 +1,6 @@
 """The stability limit as a curve: speeds are added where it bends, ends or jumps, as an adaptive plotter does."""
 
+import warnings
 from collections.abc import Callable
 from dataclasses import fields, replace
 from typing import Any
@@ -7,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from lobex import _checks
+from lobex.grids.sweep import SweepWarning
 from lobex.results.limit import Limit, Status
 
 Search = Callable[[np.ndarray], Limit]
@@ -18,7 +20,7 @@ _BATCH = 32
 _SUMS = ("seconds", "compiling")
 
 
-def follow(search: Search, speed: Any, budget: int) -> Limit:
+def limit_curve(search: Search, speed: Any, budget: int) -> Limit:
     """The limit at the given speeds and at up to ``budget`` speeds more, sorted by speed.
 
     A gap between neighbours is halved where the curve seems to stand off the line through them by more than 1/1000
@@ -27,10 +29,13 @@ def follow(search: Search, speed: Any, budget: int) -> Limit:
     of it is not found.
 
     Args:
-        search: the limits at speeds in any order, (n,), such as ``partial(critical_gain, process, bounds=bounds)`` with
-            the speeds as its next argument, or ``partial(exact_limit, process)``.
+        search: the limits at speeds in any order, (n,): such as ``partial(lobex.exact_limit, process)`` or
+            ``partial(lobex.critical_gain, process, bounds=(1e-5, 5e-3))``.
         speed: increasing speeds to begin with, (n,), Hz; nothing is added to fewer than 3.
         budget: most speeds to add; 0 for none.
+
+    Returns:
+        A ``Limit``, whose warnings are those of the first search.
 
     Raises:
         ValueError: for speeds that are not increasing, a negative budget, and what ``search`` refuses.
@@ -40,8 +45,11 @@ def follow(search: Search, speed: Any, budget: int) -> Limit:
     limit = search(speeds)
     while left and (added := _added(limit))[:left].size:
         added = added[: min(left, _BATCH)]
-        # Of one size, filled up with repeats, so that the search is compiled once.
-        limit = merged(limit, search(np.resize(added, _BATCH)))
+        # What is odd about these speeds was said of the first. Batches are of one size, filled up with repeats, so
+        # that the search is compiled once.
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SweepWarning)
+            limit = merged(limit, search(np.resize(added, _BATCH)))
         left -= len(added)
     return limit
 
@@ -57,7 +65,7 @@ def merged(first: Limit, second: Limit) -> Limit:
         parts = getattr(first, field.name), getattr(second, field.name)
         if field.name in _SUMS:
             changes[field.name] = sum(parts)
-        elif all(np.shape(part)[:1] == (count,) for part, count in zip(parts, counts, strict=True)):
+        elif isinstance(parts[0], np.ndarray) and tuple(map(len, parts)) == counts:
             changes[field.name] = np.concatenate(parts)[order]
     return replace(first, **changes)
 

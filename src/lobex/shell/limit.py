@@ -42,7 +42,7 @@ def run_limit(command: LimitCommand) -> None:
 
         prepare_jax()
         import lobex
-        from lobex.limits.adaptive import follow
+        from lobex.limits.adaptive import limit_curve
 
         method = method_of(flags.discretization)
         bounds = None if exact else (gain[0], gain[-1])
@@ -54,11 +54,11 @@ def run_limit(command: LimitCommand) -> None:
             result = lobex.sensitivities(build, speed, bounds, method, at=numbers, scan=len(gain), progress=shown)
             limit = result.limit
         elif bounds is None:
-            limit = follow(partial(lobex.exact_limit, process_of(flags)), speed, budget)
+            limit = limit_curve(partial(lobex.exact_limit, process_of(flags)), speed, budget)
         else:
             settings = {"method": method, "scan": len(gain), "progress": shown, **share.arguments}
             search = partial(lobex.critical_gain, process_of(flags), bounds=bounds, **settings)
-            limit = follow(search, speed, budget) if budget else search(speed)
+            limit = limit_curve(search, speed, budget) if budget else search(speed)
     if not share.writes:
         return
     pictures = [drawn(part.plot) for part in (limit, result) if part is not None]
