@@ -7,9 +7,15 @@ import jax
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+import scipy.linalg
 
 import lobex
 from commands import Shell, run
+from lobex.shell.arguments import Lobes
+from lobex.shell.limit_arguments import Limit
+from lobex.shell.models import process_of
+from lobex.shell.parser import parse
+from lobex.shell.values import parse_grid, parse_values
 
 
 @pytest.fixture
@@ -38,11 +44,13 @@ def test_each_process_writes_its_file_picture_and_summary(name, tmp_path):
 
 
 def test_limit_writes_its_file_table_and_picture(tmp_path):
-    arguments = ("--speed", "120:400:6", "--gain", "1e5:2e6:9", "--elements", "2", "--nodes", "30", "--out", "k")
-    done = run("limit", "rub", *arguments, cwd=tmp_path)
+    arguments = ("--speed", "120:400:6", "--gain", "1e5:2e6:9", "--elements", "2", "--nodes", "30", "--refine", "5")
+    done = run("limit", "rub", *arguments, "--out", "k", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert sorted(p.name for p in tmp_path.iterdir()) == ["k.csv", "k.nc", "k.png"]
     limit = lobex.load(tmp_path / "k.nc")
+    assert len(limit.speed) == 11
+    assert np.all(np.isin(np.linspace(120, 400, 6), limit.speed))
     found = np.isfinite(limit.gain)
     assert found.sum() >= 3
     process = lobex.Rub(lobex.Rod(2).modes(0.03))
@@ -96,6 +104,44 @@ def test_sensitivities_of_a_search_in_the_shell(tmp_path):
     assert np.isfinite(table["dlnK_dln_radial_immersion"][found]).all()
     # ω ∝ f_n, φ² ∝ 1/m: at fixed damping b(m) ∝ m.
     assert table["dlnK_dln_tool.mass"][found] == pytest.approx(1, rel=1e-6)
+
+
+def process_for(line):
+    """The process that the words of a command describe."""
+    return process_of(parse({"lobes": Lobes, "limit": Limit}, line.split()).process)
+
+
+TOOL = "--frequency 146.5,920 --damping-ratio .0032,.01 --mass 2.573,5"
+
+
+@pytest.mark.parametrize("command", ["lobes turning", "limit turning", "lobes milling --directions 1"])
+def test_several_modes_of_a_tool_are_lists(command):
+    modes = process_for(f"{command} {TOOL}").modes
+    np.testing.assert_allclose(modes.frequency, [146.5, 920], rtol=1e-15)
+    np.testing.assert_array_equal(modes.damping_ratio, [0.0032, 0.01])
+    np.testing.assert_allclose(modes.shape, [[2.573**-0.5], [5**-0.5]], rtol=1e-15)
+
+
+def test_modes_across_the_feed_are_those_along_it_but_for_what_is_said():
+    across = "--frequency-y 200,300,400 --damping-ratio-y .02 --mass-y 3"
+    modes = process_for(f"lobes milling --directions 2 {TOOL} {across}").modes
+    np.testing.assert_allclose(modes.frequency, [146.5, 920, 200, 300, 400], rtol=1e-15)
+    np.testing.assert_array_equal(modes.damping_ratio, [0.0032, 0.01, 0.02, 0.02, 0.02])
+    x, y = np.array([2.573, 5]) ** -0.5, np.full(3, 3**-0.5)
+    np.testing.assert_allclose(modes.shape, scipy.linalg.block_diag(x[:, None], y[:, None]), rtol=1e-15)
+    softer = process_for("lobes milling --directions 2 --frequency-y 120").modes
+    np.testing.assert_allclose(softer.frequency, [146.5, 120], rtol=1e-15)
+    np.testing.assert_array_equal(softer.shape[0, 0], softer.shape[1, 1])
+
+
+@pytest.mark.parametrize("text", ["5000:7000:3", "5000,6000,7000"])
+def test_ranges_and_lists_are_the_same_grid(text):
+    np.testing.assert_array_equal(parse_grid("rpm", text, "rpm"), [5000, 6000, 7000])
+    np.testing.assert_array_equal(parse_values("rpm", text, "rpm"), [5000, 6000, 7000])
+
+
+def test_one_value_will_do():
+    np.testing.assert_array_equal(parse_grid("rpm", "6000", "rpm"), [6000])
 
 
 def test_the_shell_computes_what_the_library_computes(tmp_path):
