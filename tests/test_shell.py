@@ -11,6 +11,7 @@ import scipy.linalg
 
 import lobex
 from commands import Shell, run
+from lobex.shell import environment
 from lobex.shell.arguments import Lobes
 from lobex.shell.limit_arguments import Limit
 from lobex.shell.models import process_of
@@ -240,38 +241,65 @@ def test_warnings_are_one_line(tmp_path):
     assert "Traceback" not in done.stderr
 
 
-def test_programs_are_kept_for_the_next_run(tmp_path, own_cache):
-    """Also those that another process is still writing are met in silence, and compiled."""
-    arguments = ("lobes", "rub", *SMALL["rub"], "--quiet", "--store", "study", "--out", "here")
-    first = run(*arguments, cwd=tmp_path)
-    assert (first.returncode, first.stderr) == (0, "")
-    (folder,) = (own_cache / "lobex").iterdir()
-    assert jax.__version__ in folder.name
-    kept = {path: path.read_bytes() for path in folder.rglob("*-cache")}
-    assert len(kept) > 3
-    # The next run finds all of them, and adds none.
-    again = run(*arguments[:-4], "--store", "other", "--out", "again", cwd=tmp_path)
-    assert (again.returncode, again.stderr) == (0, "")
-    assert set(folder.rglob("*-cache")) == set(kept)
-    for path, content in kept.items():
-        path.write_bytes(content[:-40])
-    broken = run(*arguments[:-4], "--store", "third", "--out", "broken", cwd=tmp_path)
-    assert (broken.returncode, broken.stderr) == (0, "")
-    for name in ("again", "broken"):
-        found = lobex.load(tmp_path / f"{name}.nc").multiplier
-        assert found == pytest.approx(lobex.load(tmp_path / "here.nc").multiplier)
+# What every command does before it computes, and one program.
+PROGRAM = """
+from lobex.shell.environment import prepare_jax
+
+prepare_jax()
+import jax
+import jax.numpy as jnp
+
+hits = []
+jax.monitoring.register_event_listener(lambda name, **_: hits.append(name.endswith("/cache_hits")))
+print(jax.jit(lambda x: jnp.linalg.solve(x @ x.T + jnp.eye(3), x).sum())(jnp.ones((3, 3))), sum(hits))
+"""
 
 
-def test_no_programs_are_kept_where_that_is_switched_off(tmp_path, own_cache, monkeypatch):
-    monkeypatch.setenv("JAX_ENABLE_COMPILATION_CACHE", "false")
-    assert run("lobes", "rub", *SMALL["rub"], "--quiet", cwd=tmp_path).returncode == 0
-    assert [path for path in own_cache.rglob("*") if path.is_file()] == []
+def compute():
+    """Run that program in a process of its own: its number, and how many programs were there already."""
+    done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True, timeout=300)
+    assert (done.returncode, done.stderr) == (0, "")
+    number, hits = done.stdout.split()
+    return float(number), int(hits)
 
 
 @pytest.fixture
-def own_cache(tmp_path, monkeypatch):
-    """A cache folder of the test's own, and none of the settings that the tests make for themselves."""
+def kept(tmp_path, monkeypatch):
+    """The programs kept in a cache folder of the test's own, without the settings that the tests make for theirs."""
     for name in ("JAX_COMPILATION_CACHE_DIR", "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "TF_CPP_MIN_LOG_LEVEL"):
         monkeypatch.delenv(name, raising=False)
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    return tmp_path / "cache"
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    return lambda: sorted((tmp_path / "lobex").rglob("*-cache"))
+
+
+def test_programs_are_kept_for_the_next_run_which_finds_them_in_silence(kept):
+    number, hits = compute()
+    files = kept()
+    assert hits == 0
+    assert len(files) > 0
+    assert jax.__version__ in files[0].parent.name
+    assert compute() == (number, len(files))
+    assert kept() == files
+
+
+def test_programs_that_another_process_is_still_writing_are_compiled_in_silence(kept):
+    number, _ = compute()
+    for path in kept():
+        path.write_bytes(path.read_bytes()[:-40])
+    assert compute()[0] == number
+
+
+def test_no_programs_are_kept_where_that_is_switched_off(kept, monkeypatch):
+    monkeypatch.setenv("JAX_ENABLE_COMPILATION_CACHE", "false")
+    assert compute()[1] == 0
+    assert kept() == []
+
+
+def test_the_cache_is_one_for_each_kind_of_processor(tmp_path, monkeypatch):
+    folders = []
+    monkeypatch.setattr(environment, "_PROCESSORS", tmp_path / "cpuinfo")
+    for name, flags, clock in (("A", "avx avx2", 1), ("A", "avx", 1), ("B", "avx", 1), ("B", "avx", 2)):
+        (tmp_path / "cpuinfo").write_text(f"model name: {name}\ncpu MHz: {clock}\nflags: {flags}\n\nmodel name: C\n")
+        folders.append(environment.cache_folder())
+    assert len(set(folders)) == 3
+    assert folders[2] == folders[3]

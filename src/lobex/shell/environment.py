@@ -13,6 +13,7 @@ from lobex.shell.quitting import ended_at_once
 # code count there as missing features of the processor. Its errors that matter are exceptions, too.
 _NOISY = (0, 10)
 _NO_ERRORS = "3"
+_PROCESSORS = Path("/proc/cpuinfo")
 
 
 def prepare_jax() -> None:
@@ -54,7 +55,7 @@ def cache_folder() -> Path:
 def _processor() -> str:
     """A short digest of what the processor is and can do."""
     try:
-        lines = Path("/proc/cpuinfo").read_text().partition("\n\n")[0].splitlines()
+        lines = _PROCESSORS.read_text().partition("\n\n")[0].splitlines()
         told = [line for line in lines if line.startswith(("model name", "flags", "Features", "CPU"))]
     except OSError:
         told = []
