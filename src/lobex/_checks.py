@@ -26,7 +26,7 @@ def is_traced(value: Any) -> bool:
 
 
 def as_numbers(name: str, value: Any, unit: str = "") -> np.ndarray | None:
-    """``value`` as a float array of finite numbers up to 1e100, or None where it is traced; complex numbers are refused."""
+    """``value`` as a float array of finite real numbers up to 1e100, or None where it is traced."""
     if _is_complex(value):
         # A cast to float would drop the imaginary parts with no more than a warning.
         shown = "" if is_traced(value) else f" = {_show(np.asarray(value))}"
