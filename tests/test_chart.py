@@ -1,5 +1,7 @@
 """The chart as text, file and picture."""
 
+from dataclasses import replace
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
@@ -19,6 +21,35 @@ def test_printing_tells_what_was_done(chart):
     text = repr(chart)
     for part in ("12 speeds × 10 gains", "Chebyshev(nodes=24", "µs a point", "failed           0", "depth of cut b"):
         assert part in text
+
+
+def test_printing_is_in_the_units_of_the_picture(chart):
+    text = repr(chart)
+    assert "speed            3000 to 25000 rpm" in text
+    assert "gain             0 to 5 mm (depth of cut b)" in text
+
+
+@pytest.mark.parametrize(
+    ("speeds", "gains", "label", "fixed"),
+    [
+        (slice(3, 4), slice(None), "depth of cut $b$ (mm)", "at 9000 rpm"),
+        (slice(None), slice(9, 10), "spindle speed (rpm)", "at $b$ = 5 mm"),
+        (slice(3, 4), slice(9, 10), "depth of cut $b$ (mm)", "at 9000 rpm"),
+    ],
+)
+def test_one_speed_or_one_gain_is_drawn_as_a_curve(chart, speeds, gains, label, fixed):
+    names = ("spectral_radius", "multiplier", "chatter_frequency", "error")
+    parts = {name: getattr(chart, name)[speeds, gains] for name in names}
+    part = replace(chart, speed=chart.speed[speeds], gain=chart.gain[gains], **parts)
+    axes = part.plot()
+    (line,) = axes.lines
+    np.testing.assert_array_equal(line.get_ydata(), part.spectral_radius.ravel())
+    scaled = part.speed * 60 if "rpm" in label else part.gain * 1e3
+    np.testing.assert_allclose(line.get_xdata(), scaled)
+    assert axes.get_xlabel() == label
+    assert axes.get_ylabel() == f"spectral radius max|μ| {fixed}"
+    assert axes.get_ylim()[0] <= part.spectral_radius.min() <= part.spectral_radius.max() <= axes.get_ylim()[1]
+    assert axes.get_ylim()[0] < 1 < axes.get_ylim()[1]
 
 
 def test_saving_and_loading_returns_the_same_chart(chart, tmp_path):
@@ -98,7 +129,6 @@ def test_a_picture_without_a_crossing_draws_no_limit():
         (lambda chart, tmp: lobex.load(tmp / "none.nc"), "is not a file"),
         (lambda chart, tmp: lobex.load(_write(tmp / "text.nc", b"plain text")), "no readable NetCDF-4"),
         (lambda chart, tmp: lobex.load(_foreign(tmp / "other.nc")), "not a lobex result"),
-        (lambda chart, tmp: lobex.sweep(ROD, [80.0], [1e5]).plot(), "is no map"),
     ],
 )
 def test_bad_files_and_pictures_are_refused_in_one_line(chart, tmp_path, call, words):

@@ -7,14 +7,21 @@ import jax
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+import scipy.linalg
 
 import lobex
+from commands import Shell, run
+from lobex.shell import environment
+from lobex.shell.arguments import Lobes
+from lobex.shell.limit_arguments import Limit
+from lobex.shell.models import process_of
+from lobex.shell.parser import parse
+from lobex.shell.values import parse_grid, parse_values
 
 
-def run(*arguments, cwd=None):
-    """Run ``lobex`` in a process of its own."""
-    command = [sys.executable, "-m", "lobex.shell.main", *arguments]
-    return subprocess.run(command, capture_output=True, text=True, timeout=300, cwd=cwd)
+@pytest.fixture
+def shell(tmp_path, monkeypatch, capsys):
+    return Shell(tmp_path, monkeypatch, capsys)
 
 
 SMALL = {
@@ -38,11 +45,13 @@ def test_each_process_writes_its_file_picture_and_summary(name, tmp_path):
 
 
 def test_limit_writes_its_file_table_and_picture(tmp_path):
-    arguments = ("--speed", "120:400:6", "--gain", "1e5:2e6:9", "--elements", "2", "--nodes", "30", "--out", "k")
-    done = run("limit", "rub", *arguments, cwd=tmp_path)
+    arguments = ("--speed", "120:400:6", "--gain", "1e5:2e6:9", "--elements", "2", "--nodes", "30", "--refine", "5")
+    done = run("limit", "rub", *arguments, "--out", "k", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     assert sorted(p.name for p in tmp_path.iterdir()) == ["k.csv", "k.nc", "k.png"]
     limit = lobex.load(tmp_path / "k.nc")
+    assert len(limit.speed) == 11
+    assert np.all(np.isin(np.linspace(120, 400, 6), limit.speed))
     found = np.isfinite(limit.gain)
     assert found.sum() >= 3
     process = lobex.Rub(lobex.Rod(2).modes(0.03))
@@ -98,6 +107,44 @@ def test_sensitivities_of_a_search_in_the_shell(tmp_path):
     assert table["dlnK_dln_tool.mass"][found] == pytest.approx(1, rel=1e-6)
 
 
+def process_for(line):
+    """The process that the words of a command describe."""
+    return process_of(parse({"lobes": Lobes, "limit": Limit}, line.split()).process)
+
+
+TOOL = "--frequency 146.5,920 --damping-ratio .0032,.01 --mass 2.573,5"
+
+
+@pytest.mark.parametrize("command", ["lobes turning", "limit turning", "lobes milling --directions 1"])
+def test_several_modes_of_a_tool_are_lists(command):
+    modes = process_for(f"{command} {TOOL}").modes
+    np.testing.assert_allclose(modes.frequency, [146.5, 920], rtol=1e-15)
+    np.testing.assert_array_equal(modes.damping_ratio, [0.0032, 0.01])
+    np.testing.assert_allclose(modes.shape, [[2.573**-0.5], [5**-0.5]], rtol=1e-15)
+
+
+def test_modes_across_the_feed_are_those_along_it_but_for_what_is_said():
+    across = "--frequency-y 200,300,400 --damping-ratio-y .02 --mass-y 3"
+    modes = process_for(f"lobes milling --directions 2 {TOOL} {across}").modes
+    np.testing.assert_allclose(modes.frequency, [146.5, 920, 200, 300, 400], rtol=1e-15)
+    np.testing.assert_array_equal(modes.damping_ratio, [0.0032, 0.01, 0.02, 0.02, 0.02])
+    x, y = np.array([2.573, 5]) ** -0.5, np.full(3, 3**-0.5)
+    np.testing.assert_allclose(modes.shape, scipy.linalg.block_diag(x[:, None], y[:, None]), rtol=1e-15)
+    softer = process_for("lobes milling --directions 2 --frequency-y 120").modes
+    np.testing.assert_allclose(softer.frequency, [146.5, 120], rtol=1e-15)
+    np.testing.assert_array_equal(softer.shape[0, 0], softer.shape[1, 1])
+
+
+@pytest.mark.parametrize("text", ["5000:7000:3", "5000,6000,7000"])
+def test_ranges_and_lists_are_the_same_grid(text):
+    np.testing.assert_array_equal(parse_grid("rpm", text, "rpm"), [5000, 6000, 7000])
+    np.testing.assert_array_equal(parse_values("rpm", text, "rpm"), [5000, 6000, 7000])
+
+
+def test_one_value_will_do():
+    np.testing.assert_array_equal(parse_grid("rpm", "6000", "rpm"), [6000])
+
+
 def test_the_shell_computes_what_the_library_computes(tmp_path):
     arguments = ("--rpm", "6000:8000:3", "--gain", "1e-3:3e-3:3", "--teeth", "1", "--radial-immersion", "0.5")
     done = run("lobes", "milling", *arguments, "--direction", "down", "--nodes", "32", "--quiet", cwd=tmp_path)
@@ -117,7 +164,12 @@ def test_the_shell_computes_what_the_library_computes(tmp_path):
         (("lobes", "rub", "--speed", "50:nan:10"), "speed = "),
         (("lobes", "rub", "--speed", "0:50:10"), "speed = [0, "),
         (("lobes", "rub", "--speed", "-5:50:10"), "speed = [-5, "),
-        (("lobes", "rub", "--speed", "50"), "speed = '50'"),
+        (("lobes", "rub", "--speed", "50:90"), "speed = '50:90'"),
+        (("lobes", "rub", "--speed", "90,50"), "not strictly increasing"),
+        (("limit", "rub", "--gain", "1e5"), "the scan takes three or more"),
+        (("lobes", "turning", "--mass", "1,2"), "mass has 2 values for 1 natural frequencies"),
+        (("lobes", "milling", "--mass-y", "2"), "give --directions 2 or drop mass_y"),
+        (("march", "rub", "--speed", "50:90:9"), "18 points; give at most 6"),
         (("lobes", "rub", "--speed", "90:50:10"), "not strictly increasing"),
         (("lobes", "rub", "--speed", "50:90:2.5"), "speed = '50:90:2.5'"),
         (("lobes", "rub", "--gain", "-1:5:10"), "gain = [-1, "),
@@ -147,21 +199,25 @@ def test_the_shell_computes_what_the_library_computes(tmp_path):
         (("wobble",), "wobble"),
     ],
 )
-def test_bad_input_is_one_line_and_exit_code_2(arguments, words, tmp_path):
-    done = run(*arguments, cwd=tmp_path)
-    assert done.returncode == 2
-    assert done.stdout == ""
-    assert done.stderr.startswith("lobex: error: ")
-    assert done.stderr.count("\n") == 1
-    assert words in done.stderr
-    assert list(tmp_path.iterdir()) == []
+def test_bad_input_is_one_line_and_exit_code_2(shell, arguments, words):
+    assert words in shell.refuses(*arguments)
+
+
+def test_bad_input_in_a_process_of_its_own(tmp_path):
+    done = run("lobes", "rub", "--speed", "50:nan:10", cwd=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
+    assert done.stderr.startswith("lobex: error: speed = ")
 
 
 @pytest.mark.parametrize("arguments", [(), ("--help",), ("lobes", "--help")])
-def test_help_names_the_commands(arguments):
-    done = run(*arguments)
-    assert done.returncode == 0
-    assert "lobes" in done.stdout
+def test_help_names_the_commands(shell, arguments):
+    assert shell(*arguments).code == 0
+    assert "lobes" in shell.out
+
+
+def test_version(shell):
+    assert shell("--version").code == 0
+    assert shell.out == f"lobex {lobex.__version__}\n"
 
 
 def test_a_closed_pipe_is_no_error():
@@ -172,12 +228,10 @@ def test_a_closed_pipe_is_no_error():
 
 
 @pytest.mark.parametrize("name", SMALL)
-def test_each_help_has_an_example_and_units(name):
-    done = run("lobes", name, "--help")
-    assert done.returncode == 0
-    assert f"Example: lobex lobes {name}" in done.stdout
-    assert "--gain" in done.stdout
-    assert "default:" in done.stdout
+def test_each_help_has_an_example_and_units(shell, name):
+    assert shell("lobes", name, "--help").code == 0
+    for words in (f"Example: lobex lobes {name}", "--gain", "default:"):
+        assert words in shell.out
 
 
 def test_warnings_are_one_line(tmp_path):
@@ -187,16 +241,65 @@ def test_warnings_are_one_line(tmp_path):
     assert "Traceback" not in done.stderr
 
 
-@pytest.mark.skipif(jax.__version_info__ < (0, 11), reason="the shell keeps no programs")
-def test_programs_that_another_process_is_still_writing_are_compiled_in_silence(tmp_path, monkeypatch):
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    monkeypatch.delenv("JAX_COMPILATION_CACHE_DIR", raising=False)
-    arguments = ("lobes", "rub", *SMALL["rub"], "--store", "study", "--out", "here")
-    run(*arguments, cwd=tmp_path)
-    kept = [path for path in (tmp_path / "cache").rglob("*") if path.is_file() and path.stat().st_size > 100]
-    assert len(kept) > 20
-    for path in kept:
+# What every command does before it computes, and one program.
+PROGRAM = """
+from lobex.shell.environment import prepare_jax
+
+prepare_jax()
+import jax
+import jax.numpy as jnp
+
+hits = []
+jax.monitoring.register_event_listener(lambda name, **_: hits.append(name.endswith("/cache_hits")))
+print(jax.jit(lambda x: jnp.linalg.solve(x @ x.T + jnp.eye(3), x).sum())(jnp.ones((3, 3))), sum(hits))
+"""
+
+
+def compute():
+    """Run that program in a process of its own: its number, and how many programs were there already."""
+    done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True, timeout=300)
+    assert (done.returncode, done.stderr) == (0, "")
+    number, hits = done.stdout.split()
+    return float(number), int(hits)
+
+
+@pytest.fixture
+def kept(tmp_path, monkeypatch):
+    """The programs kept in a cache folder of the test's own, without the settings that the tests make for theirs."""
+    for name in ("JAX_COMPILATION_CACHE_DIR", "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS", "TF_CPP_MIN_LOG_LEVEL"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    return lambda: sorted((tmp_path / "lobex").rglob("*-cache"))
+
+
+def test_programs_are_kept_for_the_next_run_which_finds_them_in_silence(kept):
+    number, hits = compute()
+    files = kept()
+    assert hits == 0
+    assert len(files) > 0
+    assert jax.__version__ in files[0].parent.name
+    assert compute() == (number, len(files))
+    assert kept() == files
+
+
+def test_programs_that_another_process_is_still_writing_are_compiled_in_silence(kept):
+    number, _ = compute()
+    for path in kept():
         path.write_bytes(path.read_bytes()[:-40])
-    again = run(*arguments[:-4], "--store", "other", "--out", "again", cwd=tmp_path)
-    assert (again.returncode, again.stderr) == (0, "")
-    assert lobex.load(tmp_path / "again.nc").multiplier == pytest.approx(lobex.load(tmp_path / "here.nc").multiplier)
+    assert compute()[0] == number
+
+
+def test_no_programs_are_kept_where_that_is_switched_off(kept, monkeypatch):
+    monkeypatch.setenv("JAX_ENABLE_COMPILATION_CACHE", "false")
+    assert compute()[1] == 0
+    assert kept() == []
+
+
+def test_the_cache_is_one_for_each_kind_of_processor(tmp_path, monkeypatch):
+    folders = []
+    monkeypatch.setattr(environment, "_PROCESSORS", tmp_path / "cpuinfo")
+    for name, flags, clock in (("A", "avx avx2", 1), ("A", "avx", 1), ("B", "avx", 1), ("B", "avx", 2)):
+        (tmp_path / "cpuinfo").write_text(f"model name: {name}\ncpu MHz: {clock}\nflags: {flags}\n\nmodel name: C\n")
+        folders.append(environment.cache_folder())
+    assert len(set(folders)) == 3
+    assert folders[2] == folders[3]

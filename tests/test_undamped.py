@@ -52,7 +52,6 @@ def test_the_least_damping_defines_it_and_an_unseen_mode_does_not_matter():
     assert lobex.exact_limit(lobex.Turning(seen, RADIAL), WHOLE).status.tolist() == ["undefined"] * 4
 
 
-@pytest.mark.xfail(reason="critical_gain does not ask lobex.limits.undamped yet", strict=False)
 def test_critical_gain_says_the_same():
     bounds = (1e-5, 2e-2)
     limit = lobex.critical_gain(FREE, WHOLE, bounds)

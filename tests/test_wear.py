@@ -426,7 +426,7 @@ def test_a_ramp_in_the_shell_draws_its_history(tmp_path, monkeypatch, capsys):
 @pytest.mark.parametrize(
     ("flags", "words"),
     [
-        (WearFlags(speed="30"), "speed = '30'"),
+        (WearFlags(speed="30:40"), "speed = '30:40'"),
         (WearFlags(speed="-30:30:5"), "speed = [-30, "),
         (WearFlags(revolutions=0), "revolutions = 0"),
         (WearFlags(ramp=-2.0), "ramp = -2 Hz takes the speed of 30 Hz to -8 Hz"),

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from lobex.characteristic.method import CharacteristicRoots
     from lobex.contact.casing import Casing
     from lobex.contact.laws import Cubic, Linear, Plastic, Power, Threshold
+    from lobex.limits.adaptive import limit_curve
     from lobex.limits.boundary import boundary
     from lobex.limits.exact_limit import exact_limit, exact_lobes
     from lobex.limits.receptance import Receptance
@@ -86,6 +87,7 @@ _HOME = {
     "exact_limit": "limits.exact_limit",
     "exact_lobes": "limits.exact_limit",
     "growing_history": "marches.start",
+    "limit_curve": "limits.adaptive",
     "load": "results.netcdf",
     "march_delay": "marches.delay",
     "march_wear": "studies.wear",
@@ -137,6 +139,7 @@ __all__ = [
     "exact_limit",
     "exact_lobes",
     "growing_history",
+    "limit_curve",
     "load",
     "march_delay",
     "march_wear",

@@ -13,6 +13,11 @@ from typing import Any
 
 import numpy as np
 
+# Of revolutions, steps, speeds: what is longer ends in no lifetime, or in no memory.
+_MOST = 1_000_000
+# Beyond these no quantity lies, in whatever units, and squares overflow or vanish.
+_LARGEST, _LEAST = 1e100, 1e-100
+
 
 def is_traced(value: Any) -> bool:
     """Whether JAX traces ``value``, or a number within it, so that it is not known."""
@@ -37,7 +42,7 @@ def as_array(value: Any) -> Any:
 
 
 def as_numbers(name: str, value: Any, unit: str = "") -> np.ndarray | None:
-    """``value`` as a float array of finite numbers, or None where it is traced; complex numbers are refused."""
+    """``value`` as a float array of finite real numbers up to 1e100, or None where it is traced."""
     if _is_complex(value):
         # A cast to float would drop the imaginary parts with no more than a warning.
         shown = "" if is_traced(value) else f" = {_show(np.asarray(value))}"
@@ -50,21 +55,25 @@ def as_numbers(name: str, value: Any, unit: str = "") -> np.ndarray | None:
         raise ValueError(f"{name} = {value!r} is not a number; give {_in(unit, 'a real number')}") from None
     if not np.all(np.isfinite(numbers)):
         raise ValueError(f"{name} = {_show(numbers)} has NaN or infinite values; give finite numbers")
+    if np.any(np.abs(numbers) > _LARGEST):
+        raise ValueError(f"{name} = {_show(numbers)} is beyond any quantity; give {_in(unit, 'at most 1e100')}")
     return numbers
 
 
 def positive(name: str, value: Any, unit: str = "") -> None:
-    """Require every value to be finite and above zero."""
+    """Require every value to be finite, above zero and at least 1e-100."""
     numbers = as_numbers(name, value, unit)
     if numbers is not None and np.any(numbers <= 0):
         raise ValueError(f"{name} = {_show(numbers)} must be positive; give {_in(unit, 'a number above 0')}")
+    _not_vanishing(name, numbers, unit)
 
 
 def not_negative(name: str, value: Any, unit: str = "") -> None:
-    """Require every value to be finite and at least zero."""
+    """Require every value to be finite and zero or at least 1e-100."""
     numbers = as_numbers(name, value, unit)
     if numbers is not None and np.any(numbers < 0):
         raise ValueError(f"{name} = {_show(numbers)} must not be negative; give {_in(unit, '0 or more')}")
+    _not_vanishing(name, numbers, unit)
 
 
 def scalar(name: str, value: Any) -> None:
@@ -73,11 +82,13 @@ def scalar(name: str, value: Any) -> None:
         raise ValueError(f"{name} has shape {np.shape(value)}; give one number")
 
 
-def integer(name: str, value: Any, least: int) -> int:
-    """Return ``value`` as an int of at least ``least``."""
+def integer(name: str, value: Any, least: int, most: int = _MOST) -> int:
+    """Return ``value`` as an int from ``least`` to ``most``, above which nobody can mean it."""
     number = value if isinstance(value, int | np.integer) and not isinstance(value, bool) else None
     if number is None or number < least:
-        raise ValueError(f"{name} = {value!r} must be a whole number of at least {least}")
+        raise ValueError(f"{name} = {brief(value)} must be a whole number of at least {least}")
+    if number > most:
+        raise ValueError(f"{name} = {brief(value)} is more than can be computed; give at most {most}")
     return int(number)
 
 
@@ -101,9 +112,28 @@ def grid(name: str, value: Any, unit: str = "") -> np.ndarray:
     return numbers
 
 
+def place(name: str, path: Any, what: str = "a file") -> Path:
+    """Require text, or what stands for it, that can be the path of a file or folder, whether there is one or not."""
+    try:
+        text = os.fspath(path)
+    except TypeError:
+        text = None
+    if not isinstance(text, str):
+        raise ValueError(f"{name} = {brief(path)} is no path; give the path of {what} as text")
+    try:
+        os.stat(text)
+    except (FileNotFoundError, NotADirectoryError):
+        pass
+    # Such as a name that is too long, or that has a character of code 0.
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or error
+        raise ValueError(f"{name} = {brief(text)} cannot be used ({why}); give the path of {what}") from None
+    return Path(text)
+
+
 def writable(name: str, path: str | os.PathLike[str]) -> Path:
     """Require that a file can be written at ``path``: its folder exists and accepts new files."""
-    target = Path(path)
+    target = place(name, path)
     folder = target.parent
     if not str(path) or target.is_dir():
         raise ValueError(f"{name} = {str(path)!r} is not a file name; give the path of a file")
@@ -132,6 +162,13 @@ def _is_complex(value: Any) -> bool:
         return np.iscomplexobj(value)
     except (TypeError, ValueError):  # No array at all.
         return False
+
+
+def _not_vanishing(name: str, numbers: np.ndarray | None, unit: str) -> None:
+    if numbers is not None and np.any((numbers > 0) & (numbers < _LEAST)):
+        raise ValueError(
+            f"{name} = {_show(numbers)} is too small for any quantity; give {_in(unit, 'at least 1e-100')}"
+        )
 
 
 def _in(unit: str, what: str) -> str:

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 Array = Any
 
+_MOST_BUMPS = 100_000
+
 BUMPS = ("cosine", "gaussian", "ovoid")
 
 
@@ -58,7 +60,9 @@ class Casing:
     surface: Array | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "nodal_diameters", _checks.integer("nodal_diameters", self.nodal_diameters, 1))
+        object.__setattr__(
+            self, "nodal_diameters", _checks.integer("nodal_diameters", self.nodal_diameters, 1, _MOST_BUMPS)
+        )
         _checks.not_negative("amplitude", self.amplitude, "m")
         _checks.not_negative("clearance", self.clearance, "m")
         _checks.choice("bump", self.bump, BUMPS)

@@ -8,6 +8,7 @@ import numpy as np
 
 from lobex import _checks
 from lobex._float64 import at_once, widened
+from lobex._memory import check_memory
 from lobex._warnings import SweepWarning
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids.choice import check_sweep_method, chosen_method, tolerance_of
@@ -21,6 +22,10 @@ from lobex.results.chart import Chart
 from lobex.results.description import describe
 
 Array = Any
+
+
+# A point of a chart: multiplier, modulus, frequency, error, and what stands beside them while they are computed.
+_BYTES = 100
 
 
 def sweep(
@@ -42,6 +47,11 @@ def sweep(
     speeds, gains = _checks.grid("speed", speed, "Hz"), _checks.grid("gain", gain, process.gain.unit)
     check_speed(process, speeds)
     check_gain(process, gains)
+    check_memory(
+        f"speed and gain make {len(speeds)} × {len(gains)} points",
+        _BYTES * len(speeds) * len(gains),
+        "give a coarser grid, or a store that takes it in parts: store=, in the shell --store DIR",
+    )
     if plausible:
         warn_of_implausible(process, speeds, gains)
     with at_once():

@@ -8,6 +8,7 @@ import numpy as np
 
 from lobex import _checks
 from lobex._float64 import at_once, widened
+from lobex._memory import check_memory
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids.choice import check_sweep_method, chosen_method, operator_of, tolerance_of
 from lobex.grids.resolution import oddities
@@ -27,6 +28,9 @@ from lobex.results.limit import Kind, Limit, Status
 from lobex.structures.modes import Modes
 
 Array = Any
+
+# A sample of the scan: its multiplier, and its neighbours' while it is sorted.
+_BYTES = 60
 
 
 def critical_gain(
@@ -65,6 +69,11 @@ def critical_gain(
     begun = time.perf_counter()
     speeds = np.atleast_1d(np.asarray(speed, dtype=np.float64))
     slowest = float(speeds.min())
+    check_memory(
+        f"speed and scan make {len(speeds)} × {scan} samples",
+        _BYTES * len(speeds) * scan,
+        "give fewer of them",
+    )
     with at_once():
         process = widened(process)
         if method is None:

@@ -32,6 +32,7 @@ Source = Modes | Receptance | Rub | Turning
 
 # Speeds that are searched together: their phases at all cells stay in cache.
 _BATCH = 128
+_MOST_LOBES = 10_000
 
 
 @pytree()
@@ -101,7 +102,7 @@ def exact_branches(source: Source, omega: Array, lobes: int = 10) -> ExactBranch
     _checks.positive("omega", omega, "rad/s")
     if np.ndim(omega) != 1:
         raise ValueError(f"omega has shape {np.shape(omega)}; give a one-dimensional array")
-    return ExactBranches(*_branches(source, omega, _checks.integer("lobes", lobes, 1)))
+    return ExactBranches(*_branches(source, omega, _checks.integer("lobes", lobes, 1, _MOST_LOBES)))
 
 
 def exact_critical(source: Source, speed: Array, lowest: Array | None = None) -> ExactLimit:
@@ -143,7 +144,7 @@ def exact_minimum(source: Source, lobes: int = 10) -> ExactMinimum:
     number in ``source``. Arguments and errors as for ``exact_branches``.
     """
     source = _checked(source)
-    return ExactMinimum(*_minimum(source, _checks.integer("lobes", lobes, 1)))
+    return ExactMinimum(*_minimum(source, _checks.integer("lobes", lobes, 1, _MOST_LOBES)))
 
 
 def _checked(source: Any) -> Source:

@@ -76,7 +76,7 @@ def exact_limit(process: Process, speed: Any) -> Limit:
     check_speed(process, speed)
     warn_of_implausible(process, speed)
     begun = time.perf_counter()
-    lib = jnp if _checks.is_traced((process, speed)) else np
+    lib: Any = jnp if _checks.is_traced((process, speed)) else np
     speed = jnp.atleast_1d(jnp.asarray(speed)) if _checks.is_traced(speed) else np.atleast_1d(np.asarray(speed, float))
     if np.ndim(speed) != 1 or np.size(speed) == 0:
         raise ValueError(f"speed has shape {np.shape(speed)}; give one speed or a list of them")

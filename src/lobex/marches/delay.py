@@ -11,7 +11,7 @@ import numpy as np
 from lobex import _checks
 from lobex._float64 import at_once, widened
 from lobex.marches.growth_fit import MOST_PERIODS, fit_growth
-from lobex.marches.lanes import check_steps, lanes_of, warn_of_lost_lanes
+from lobex.marches.lanes import check_length, check_steps, lanes_of, warn_of_lost_lanes
 from lobex.marches.linear import Motion, march_system
 from lobex.marches.start import History, sample_history, starting_state
 from lobex.processes.process import Process, check_process
@@ -89,6 +89,7 @@ def march_delay(
         system = jax.tree.map(np.asarray, _systems(process, speeds.ravel(), gains.ravel()))
         outputs = np.shape(system.inputs)[-1]
         check_steps("steps_per_period", system, np.asarray(_stiffness(system)), speeds.ravel(), steps)
+        check_length(speeds.size, periods, steps, outputs / every)
         delay = np.broadcast_to(system.delay, speeds.size).reshape(speeds.shape)
         past = sample_history(history, delay, steps, outputs).reshape(speeds.size, steps + 1, outputs)
         first = starting_state(system, state, past[:, -1])

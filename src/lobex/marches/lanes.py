@@ -4,12 +4,16 @@ from typing import Any
 
 import numpy as np
 
+from lobex._memory import check_memory
 from lobex._warnings import SweepWarning, warn
 from lobex.marches.resolution import STEPS_PER_WAVE, fastest_fed
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_gain, check_speed
 from lobex.processes.quantity import Quantity
 from lobex.processes.system import DelaySystem
+
+# What is kept of a step is there in JAX, in NumPy, and once more while it is put in order.
+_COPIES = 3
 
 
 def lanes_of(process: Process, speed: Any, gain: Any, name: str = "gain") -> tuple[np.ndarray, np.ndarray]:
@@ -48,6 +52,15 @@ def check_steps(name: str, system: DelaySystem, stiffness: np.ndarray, speeds: n
             f"{name} = {steps} is too few at speed = {speeds[worst]:.6g} Hz; give {needed[worst]:.0f} or more, "
             f"{STEPS_PER_WAVE} per wave of the {whose} ({fastest[worst] / (2 * np.pi):.6g} Hz)"
         )
+
+
+def check_length(lanes: int, periods: int, steps: int, kept: float) -> None:
+    """Require that a march fits into memory that keeps so many numbers of every step of every lane."""
+    check_memory(
+        f"{periods} periods of {steps} steps at {lanes} points",
+        8 * _COPIES * lanes * (periods + 1) * steps * kept,
+        "march fewer, or keep every n-th step alone (every=)",
+    )
 
 
 def warn_of_lost_lanes(lost: Any, quantity: Quantity, speeds: np.ndarray, gains: np.ndarray) -> None:

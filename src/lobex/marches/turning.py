@@ -12,7 +12,7 @@ from lobex import _checks
 from lobex._float64 import at_once, widened
 from lobex.contact.laws import ContactLaw, Plastic, check_law
 from lobex.marches.cutting import Pass, march_cut
-from lobex.marches.lanes import check_steps, lanes_of, warn_of_lost_lanes
+from lobex.marches.lanes import check_length, check_steps, lanes_of, warn_of_lost_lanes
 from lobex.marches.start import History, sample_history, starting_state
 from lobex.processes.quantity import DEPTH_OF_CUT
 from lobex.processes.regenerative import Turning
@@ -92,6 +92,7 @@ def simulate_turning(
         system = jax.tree.map(np.asarray, _structures(tool, speeds.ravel()))
         slope = float(jax.grad(law.force)(jnp.asarray(feed)))
         check_steps("steps_per_revolution", system, 2 * depths.ravel() * abs(slope), speeds.ravel(), steps)
+        check_length(speeds.size, revolutions, steps, 3 / every)
         delay = 1 / speeds
         past = sample_history(history or np.zeros_like, delay, steps, 1).reshape(speeds.size, steps + 1, 1)
         first = starting_state(system, state, past[:, -1])

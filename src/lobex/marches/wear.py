@@ -16,6 +16,7 @@ from tqdm import tqdm
 from lobex import _checks
 from lobex._devices import on_device
 from lobex._float64 import at_once, widened
+from lobex._memory import check_memory
 from lobex._warnings import SweepWarning, warn
 from lobex.contact.casing import Casing, check_casing
 from lobex.contact.laws import ContactLaw, check_law
@@ -64,6 +65,12 @@ def march_wear(
     revolutions = _checks.integer("revolutions", revolutions, 1)
     steps = _checks.integer("steps_per_revolution", steps_per_revolution, 16)
     samples = _checks.integer("samples_per_revolution", samples_per_revolution, 16)
+    lanes = (np.shape(speed) or (1,))[0]
+    check_memory(
+        f"{lanes} speeds, {revolutions} revolutions and {steps} steps",
+        8 * lanes * (2 * steps + revolutions * (2 * samples + 16)),
+        "give fewer, or a store that takes the speeds in parts: store=, in the shell --store DIR",
+    )
     history = _checked_speeds(modes, casing, law, speed, revolutions, plausible)
     begun = time.perf_counter()
     with at_once():

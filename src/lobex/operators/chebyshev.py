@@ -9,7 +9,7 @@ import numpy as np
 from lobex import _checks
 from lobex._pytree import pytree
 from lobex.operators.exponential import exponential
-from lobex.operators.operator import MonodromyOperator, in_form
+from lobex.operators.operator import MOST_NODES, MonodromyOperator, in_form
 from lobex.processes.feedback import Piece
 from lobex.processes.system import DelaySystem
 
@@ -67,7 +67,7 @@ class Chebyshev:
     full: bool = False
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "nodes", _checks.integer("nodes", self.nodes, 2))
+        object.__setattr__(self, "nodes", _checks.integer("nodes", self.nodes, 2, MOST_NODES))
         _checks.choice("aligned", self.aligned, (True, False))
         _checks.choice("full", self.full, (True, False))
 

@@ -12,7 +12,7 @@ from lobex import _checks
 from lobex._pytree import pytree
 from lobex.floquet.power import Pair, rotation
 from lobex.operators.estimate import InContact, estimated_error, rounding, unresolved
-from lobex.operators.operator import MonodromyOperator
+from lobex.operators.operator import MOST_NODES, MonodromyOperator
 from lobex.operators.response import Response, forced_response, free_response, gauss_nodes
 from lobex.processes.feedback import Feedback, Piece
 from lobex.processes.system import DelaySystem
@@ -76,7 +76,7 @@ class Duhamel:
 
     def __post_init__(self) -> None:
         if self.nodes is not None:
-            object.__setattr__(self, "nodes", _checks.integer("nodes", self.nodes, 3))
+            object.__setattr__(self, "nodes", _checks.integer("nodes", self.nodes, 3, MOST_NODES))
         tolerance = _checks.as_numbers("tolerance", self.tolerance)
         if tolerance is None or np.ndim(tolerance) or not _FINEST <= tolerance <= _COARSEST:
             raise ValueError(f"tolerance = {self.tolerance!r} must be a number from {_FINEST:g} to {_COARSEST:g}")

@@ -10,6 +10,9 @@ from lobex.processes.system import DelaySystem, whole_state
 
 Array = Any
 
+# Per piece: the eigenvalues of a dense operator of so many nodes take minutes at one point.
+MOST_NODES = 2000
+
 
 @pytree()
 class MonodromyOperator:

@@ -15,6 +15,8 @@ from lobex.processes.system import DelaySystem
 
 Array = Any
 
+_MOST_STEPS = 5000
+
 # The delayed output over a step as a polynomial in the step's phase: rows are powers over factorials, columns
 # the samples at the step's start, its end, and one step on. Order 0 is w_a = w_b = 1/2 of (3.17), orders 1
 # and 2 are Lagrange polynomials (Insperger and Stépán, 2011, ch. 3).
@@ -42,7 +44,7 @@ class SemiDiscretization:
     full: bool = False
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "steps", _checks.integer("steps", self.steps, 3))
+        object.__setattr__(self, "steps", _checks.integer("steps", self.steps, 3, _MOST_STEPS))
         _checks.choice("order", self.order, (0, 1, 2))
         _checks.choice("full", self.full, (True, False))
 

@@ -10,6 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from lobex.plots.axes import gain_label, speed_axis
+from lobex.plots.section import plot_section
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,10 +25,10 @@ _LEVELS = 256
 
 
 def plot_chart(chart: "Chart", ax: "Axes | None", speed_unit: str | None) -> "Axes":
-    """Draw max|μ| over the grid, with its legend and colour bar."""
-    scale, label = speed_axis(chart.speed_unit if speed_unit is None else speed_unit)
+    """Draw max|μ| over the grid, with its legend and colour bar; of one speed or one gain as a curve."""
     if min(chart.spectral_radius.shape) < 2:
-        raise ValueError(f"a chart of shape {chart.spectral_radius.shape} is no map; sweep two or more of each")
+        return plot_section(chart, ax, speed_unit)
+    scale, label = speed_axis(chart.speed_unit if speed_unit is None else speed_unit)
     if ax is None:
         _, ax = plt.subplots(figsize=(7.0, 4.4), layout="constrained")
     speed = chart.speed * scale

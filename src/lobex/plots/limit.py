@@ -64,25 +64,25 @@ def plot_limit(
     upper.set_ylabel(gain_label(limit.quantity))
     lower.set_ylabel(frequency_label(limit.speed_unit))
     lower.set_xlabel(label)
-    upper.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False, fontsize="small")
+    if upper.get_legend_handles_labels()[0]:
+        upper.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False, fontsize="small")
     return figure
 
 
 def _shade(axes: "Axes", speed: np.ndarray, intervals: np.ndarray) -> None:
-    """Fill the stable intervals; a speed whose neighbour has another number of them ends a filled strip."""
+    """Fill the stable intervals; between speeds with different numbers of them, up to the middle."""
     if len(speed) < 2:
         return
-    middle = (speed[1:] + speed[:-1]) / 2
-    edges = np.r_[speed[0], middle, speed[-1]]
+    edges = np.r_[speed[0], (speed[1:] + speed[:-1]) / 2, speed[-1]]
     count = np.sum(np.isfinite(intervals[:, :, 0]), axis=1)
-    for k in range(intervals.shape[1]):
-        low, high = intervals[:, k, 0], intervals[:, k, 1]
-        smooth = (count > k) & (count == count[0])
-        if smooth.all():
-            axes.fill_between(speed, low, high, color=_STABLE, linewidth=0, label=None if k else "stable")
-            continue
-        steps = {"step": "post", "color": _STABLE, "linewidth": 0}
-        axes.fill_between(edges, np.r_[low, low[-1]], np.r_[high, high[-1]], label=None if k else "stable", **steps)
+    ends = np.r_[0, np.flatnonzero(np.diff(count)) + 1, len(speed)]
+    label: str | None = "stable"
+    for start, stop in itertools.pairwise(ends.tolist()):
+        x = np.r_[edges[start], speed[start:stop], edges[stop]]
+        for k in range(count[start]):
+            low, high = (np.pad(intervals[start:stop, k, end], 1, mode="edge") for end in (0, 1))
+            axes.fill_between(x, low, high, color=_STABLE, linewidth=0, label=label)
+            label = None
 
 
 def _broken(lobe: np.ndarray, kind: np.ndarray) -> list[tuple[int, int]]:

@@ -19,6 +19,8 @@ from lobex.structures.modes import Modes, check_modes
 
 Array = Any
 
+_MOST_TEETH = 1000
+
 # Which parts of a tooth period are in the cut, where that is known before tracing.
 Layout = tuple[str, ...]
 _WHOLE: Layout = ("cut",)
@@ -61,7 +63,7 @@ class Milling:
     gain: ClassVar[Quantity] = DEPTH_OF_CUT
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "teeth", _checks.integer("teeth", self.teeth, 1))
+        object.__setattr__(self, "teeth", _checks.integer("teeth", self.teeth, 1, _MOST_TEETH))
         _checks.choice("direction", self.direction, ("down", "up"))
         _checks.choice("speed_unit", self.speed_unit, SPEED_UNITS)
         for name in ("tangential", "normal"):

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lobex._warnings import warn
-from lobex.processes.quantity import Quantity, hertz
+from lobex.processes.quantity import Quantity
 from lobex.results.description import in_words
+from lobex.results.units import shown_gain, shown_range, shown_speed
 
 if TYPE_CHECKING:
     import xarray
@@ -58,8 +59,8 @@ class Chart:
         span = f"{radius.min():.6g} to {radius.max():.6g}" if radius.size else "none finite"
         lines = [
             f"Chart of {self.process['type']}: {len(self.speed)} speeds × {len(self.gain)} gains",
-            f"  speed            {self.speed[0]:.6g} to {self.speed[-1]:.6g}{hertz(self.speed_unit)}",
-            f"  gain             {self.gain[0]:.6g} to {self.gain[-1]:.6g} {self.quantity.unit}"
+            f"  speed            {shown_range(*(shown_speed(s, self.speed_unit) for s in self.speed[[0, -1]]))}",
+            f"  gain             {shown_range(*(shown_gain(g, self.quantity) for g in self.gain[[0, -1]]))}"
             f" ({self.quantity.name} {self.quantity.symbol})",
             f"  spectral radius  {span}",
             f"  method           {in_words(self.method)}",

@@ -10,6 +10,7 @@ import numpy as np
 
 from lobex.processes.quantity import Quantity, hertz
 from lobex.results.description import in_words
+from lobex.results.units import shown_gain, shown_range, shown_speed
 
 if TYPE_CHECKING:
     import xarray
@@ -110,21 +111,23 @@ class Limit:
     def __repr__(self) -> str:
         counts = [f"{np.sum(np.asarray(self.status_code) == s)} {s.words}" for s in Status]
         lines = [
-            f"Limit of {self.process['type']}: {len(self.speed)} speeds, {np.min(self.speed):.6g} to "
-            f"{np.max(self.speed):.6g}{hertz(self.speed_unit)}",
-            f"  bounds           {self.bounds[0]:.6g} to {self.bounds[1]:.6g} {self.quantity.unit}"
+            f"Limit of {self.process['type']}: {len(self.speed)} speeds, "
+            + shown_range(*(shown_speed(end(self.speed), self.speed_unit) for end in (np.min, np.max))),
+            f"  bounds           {shown_range(*(shown_gain(bound, self.quantity) for bound in self.bounds))}"
             f" ({self.quantity.name} {self.quantity.symbol})",
             f"  status           {', '.join(c for c in counts if not c.startswith('0 '))}",
             f"  method           {in_words(self.method)}",
             f"  wall time        {self.seconds:.2f} s",
         ]
         gain = np.asarray(self.gain)
-        if np.isfinite(gain).any():
+        if not np.isfinite(gain).any():
+            lines.insert(3, "  smallest limit   none")
+        else:
             i = int(np.nanargmin(gain))
             lines.insert(
                 3,
-                f"  smallest limit   {self.quantity.symbol} = {gain[i]:.8g} {self.quantity.unit} at "
-                f"{self.speed[i]:.6g}{hertz(self.speed_unit)}, {self.kind[i]} at "
+                f"  smallest limit   {self.quantity.symbol} = {shown_gain(gain[i], self.quantity, 8)} at "
+                f"{shown_speed(self.speed[i], self.speed_unit)}, {self.kind[i]} at "
                 f"{self.chatter_frequency[i]:.6g}{hertz(self.speed_unit)}",
             )
             if np.isfinite(self.error).any():

@@ -3,34 +3,13 @@
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar
 
-import numpy as np
 import tyro
 
-from lobex import _checks
-
-_MOST_VALUES = 1_000_000
+from lobex.shell.values import Range, Values
 
 
-def parse_range(name: str, text: str, unit: str) -> np.ndarray:
-    """Read ``low:high:count`` as a grid with both ends."""
-    wrong = f"{name} = {text!r} is not low:high:count with two or more values; give such as 50:400:351"
-    try:
-        first, last, number = text.split(":")
-        low, high, count = float(first), float(last), int(number)
-    except ValueError:
-        raise ValueError(wrong) from None
-    if count < 2:
-        raise ValueError(wrong)
-    _checks.as_numbers(name, (low, high), unit)
-    if count > _MOST_VALUES:
-        raise ValueError(f"{name} = {text!r} asks for {count} values; give at most {_MOST_VALUES}")
-    return _checks.grid(name, np.linspace(low, high, count), unit)
-
-
-Range = Annotated[str, tyro.conf.arg(metavar="LOW:HIGH:COUNT")]
-
-
-def _count(hint: str) -> Any:
+def count_hint(hint: str) -> Any:
+    """How a whole number is shown whose default is in words."""
     return tyro.conf.arg(metavar="INT", help_behavior_hint=f"(default: {hint})")
 
 
@@ -46,13 +25,13 @@ class Discretization:
     """Characteristic roots (constant coefficients, no discretisation), exact structure with nodes chosen by the
     error, Chebyshev collocation, or semi-discretization (second order). If not given, the first of these that
     serves."""
-    nodes: Annotated[int | None, _count("40; duhamel: chosen")] = None
+    nodes: Annotated[int | None, count_hint("40; duhamel: chosen")] = None
     """Nodes per smooth piece of the delay, for chebyshev (taken with --nodes alone) and duhamel."""
     aligned: bool = True
     """End the Chebyshev pieces where a tooth enters or leaves; --no-aligned is the thesis' single interval."""
-    steps: Annotated[int | None, _count("40")] = None
+    steps: Annotated[int | None, count_hint("40")] = None
     """Semi-discretization steps per delay."""
-    order: Annotated[int | None, _count("0")] = None
+    order: Annotated[int | None, count_hint("0")] = None
     """Semi-discretization order, 0, 1 or 2; 0 is the thesis' mean of two samples."""
 
 
@@ -72,7 +51,7 @@ class Storage:
 
     store: Annotated[str | None, tyro.conf.arg(metavar="DIR", help_behavior_hint="(default: none)")] = None
     """Folder that chunks of the work go to as they are done. The same command goes on where it was ended."""
-    processes: Annotated[int | None, _count("1")] = None
+    processes: Annotated[int | None, count_hint("1")] = None
     """Processes to run on this machine, which share the store; each has a GPU of its own where there are several."""
     process: Annotated[str | None, tyro.conf.arg(metavar="K/N", help_behavior_hint="(default: Slurm's or MPI's)")] = (
         None
@@ -122,14 +101,31 @@ class Rub(Rod):
 
 @dataclass(frozen=True)
 class Tool:
-    """The mode of the tool."""
+    """The modes of the tool; several with commas, such as '--frequency 146.5,920 --damping-ratio .0032,.01 --mass
+    2.573,5'."""
 
-    frequency: float = 146.5
-    """Natural frequency of the tool, Hz."""
-    damping_ratio: float = 0.0032
-    """Damping ratio of the tool."""
-    mass: float = 2.573
-    """Modal mass of the tool, kg."""
+    frequency: Annotated[tuple[float, ...], Values] = (146.5,)
+    """Natural frequencies of the tool, Hz."""
+    damping_ratio: Annotated[tuple[float, ...], Values] = (0.0032,)
+    """Damping ratios of the tool, one of each mode or one for all."""
+    mass: Annotated[tuple[float, ...], Values] = (2.573,)
+    """Modal masses of the tool, kg."""
+
+
+def _along(name: str) -> Any:
+    return tyro.conf.arg(name=name, help_behavior_hint="(default: as along the feed)")
+
+
+@dataclass(frozen=True)
+class Across:
+    """The modes of the tool across the feed, where they are others than along it; with --directions 2."""
+
+    frequency: Annotated[tuple[float, ...], Values, _along("frequency-y")] = ()
+    """Natural frequencies across the feed, Hz."""
+    damping_ratio: Annotated[tuple[float, ...], Values, _along("damping-ratio-y")] = ()
+    """Damping ratios across the feed."""
+    mass: Annotated[tuple[float, ...], Values, _along("mass-y")] = ()
+    """Modal masses across the feed, kg."""
 
 
 @dataclass(frozen=True)
@@ -152,12 +148,13 @@ class Milling:
     direction: str = "down"
     """'down' or 'up' milling."""
     directions: int = 1
-    """1: the tool bends along the feed; 2: with the same mode across the feed, too."""
+    """1: the tool bends along the feed; 2: across the feed, too."""
     tangential: float = 5.5e8
     """Tangential specific cutting force K_t, N/m²."""
     normal: float = 2e8
     """Normal specific cutting force K_n, N/m²."""
     tool: Tool = Tool()
+    across: Across = Across()
     discretization: Discretization = Discretization()
     output: Output = Output()
     storage: Storage = Storage()
@@ -227,71 +224,3 @@ class Lobes:
     """Draw a stability lobe diagram: max|μ| over a grid of speeds and gains, to PATH.nc and PATH.png."""
 
     process: tyro.conf.OmitSubcommandPrefixes[tyro.conf.OmitArgPrefixes[LobeCommand]]
-
-
-@dataclass(frozen=True)
-class LimitRub(Rub):
-    """A blade rubbing an abradable casing in permanent contact: the thesis' clamped rod.
-
-    Example: lobex limit rub --speed 50:400:351 --gain 4.5e4:4.5e6:65 --out rub-limit
-    """
-
-    gain: Range = "4.5e4:4.5e6:65"
-    """Lowest and highest contact stiffness K_e, N/m, and how many gains the scan between them takes."""
-
-    exact: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
-    """In closed form (D-subdivision), at every gain; --gain and the discretization are not used then."""
-
-    sensitivity: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
-    """Also d ln limit / d ln p for every number p given here: to PATH-sensitivity.csv and .png, and into PATH.nc."""
-
-    name: ClassVar[str] = "rub-limit"
-
-
-@dataclass(frozen=True)
-class LimitMilling(Milling):
-    """Milling with a flexible tool; the defaults are §3.4's.
-
-    Example: lobex limit milling --rpm 2000:25000:301 --gain 0:5e-3:65 --nodes 24
-    """
-
-    gain: Range = "0:5e-3:65"
-    """Smallest and largest depth of cut b, m, and how many depths the scan between them takes."""
-
-    sensitivity: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
-    """Also d ln limit / d ln p for every number p given here: to PATH-sensitivity.csv and .png, and into PATH.nc."""
-
-    name: ClassVar[str] = "milling-limit"
-
-
-@dataclass(frozen=True)
-class LimitTurning(Turning):
-    """Turning with a flexible tool.
-
-    Example: lobex limit turning --rpm 2000:12000:301 --gain 0:5e-4:65
-    """
-
-    gain: Range = "0:5e-4:65"
-    """Smallest and largest depth of cut b, m, and how many depths the scan between them takes."""
-
-    exact: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
-    """In closed form (D-subdivision), at every gain; --gain and the discretization are not used then."""
-
-    sensitivity: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
-    """Also d ln limit / d ln p for every number p given here: to PATH-sensitivity.csv and .png, and into PATH.nc."""
-
-    name: ClassVar[str] = "turning-limit"
-
-
-LimitCommand = (
-    Annotated[LimitRub, tyro.conf.subcommand("rub")]
-    | Annotated[LimitMilling, tyro.conf.subcommand("milling")]
-    | Annotated[LimitTurning, tyro.conf.subcommand("turning")]
-)
-
-
-@dataclass(frozen=True)
-class Limit:
-    """Find the stability limit: the lowest unstable gain per speed, to PATH.nc, PATH.csv and PATH.png."""
-
-    process: tyro.conf.OmitSubcommandPrefixes[tyro.conf.OmitArgPrefixes[LimitCommand]]

@@ -1,13 +1,13 @@
 """``lobex lobes``: a stability lobe diagram as a file, a picture and a summary."""
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lobex.processes.quantity import hertz
+from lobex.results.units import shown_gain, shown_speed
 from lobex.shell import arguments
 from lobex.shell.models import check_discretization, method_of, output_files, process_of, speeds_and_gains
+from lobex.shell.pictures import drawn
 from lobex.shell.shares import shared
 
 if TYPE_CHECKING:
@@ -32,34 +32,24 @@ def run_lobes(command: arguments.Lobes) -> None:
         chart = lobex.sweep(process_of(flags), speed, gain, method, **share.arguments, progress=shown)
     if not share.writes:
         return
+    picture = drawn(chart.plot)
     chart.save(files[0])
-    _draw(chart, files[1])
+    files[1].write_bytes(picture)
     if shown:
         print(f"{chart!r}\n{_summary(chart)}\n  written          {files[0]}, {files[1]}")
 
 
 def _summary(chart: "Chart") -> str:
+    if len(chart.gain) == 1:
+        stable = int(np.sum(chart.spectral_radius < 1))
+        return f"  stable           at {stable} of {len(chart.speed)} speeds"
     critical = chart.critical_gain()
-    quantity = chart.quantity
-    scale, unit = (60, " rpm") if chart.speed_unit == "rpm" else (1, hertz(chart.speed_unit))
     missing = int(np.sum(np.isnan(critical)))
     if missing == len(critical):
-        return "  no stability limit could be read from the grid of gains, at any speed"
+        return "  smallest limit   none in this range of gains, at any speed"
     lowest = int(np.nanargmin(critical))
     line = (
-        f"  smallest limit   {quantity.symbol} = {critical[lowest]:.6g} {quantity.unit} at "
-        f"{chart.speed[lowest] * scale:.6g}{unit} (read from the grid)"
+        f"  smallest limit   {chart.quantity.symbol} = {shown_gain(critical[lowest], chart.quantity)} at "
+        f"{shown_speed(chart.speed[lowest], chart.speed_unit)} (read from the grid)"
     )
     return line + (f"\n  no limit found   at {missing} of {len(critical)} speeds in this range" if missing else "")
-
-
-def _draw(chart: "Chart", path: Path) -> None:
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure, axes = plt.subplots(figsize=(7.0, 4.4), layout="constrained")
-    chart.plot(ax=axes)
-    figure.savefig(path, dpi=150)
-    plt.close(figure)

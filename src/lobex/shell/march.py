@@ -1,14 +1,16 @@
 """``lobex march``: motions in time as a file, a picture and a summary beside the prediction."""
 
-from pathlib import Path
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lobex import _checks
 from lobex.processes.quantity import hertz
-from lobex.shell.march_arguments import MOST_LANES, March, MarchFlags, MarchRub, MarchTurning, parse_values
-from lobex.shell.models import output_files, process_of
+from lobex.shell.march_arguments import MOST_LANES, March, MarchFlags, MarchRub, MarchTurning
+from lobex.shell.models import output_files, process_of, speeds_and_gains
+from lobex.shell.pictures import drawn
+from lobex.shell.values import parse_values
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,8 +33,9 @@ def run_march(command: March) -> None:
 
     process = process_of(flags)
     result, growth = _run(flags, process, speed, gain)
+    picture = drawn(partial(_figure, result))
     result.save(files[0])
-    _draw(result, files[1])
+    files[1].write_bytes(picture)
     if not flags.output.quiet:
         predicted = lobex.spectral_radius(process, speed, gain)
         rows = _comparison(process, speed, gain, growth, predicted)
@@ -41,15 +44,12 @@ def run_march(command: March) -> None:
 
 def _points(flags: MarchFlags) -> tuple[np.ndarray, np.ndarray]:
     """Every speed (Hz) with every gain, both (lanes,)."""
-    name, unit, scale = ("rpm", "rpm", 60.0) if hasattr(flags, "rpm") else ("speed", "Hz", 1.0)
-    speed = parse_values(name, getattr(flags, name), unit)
-    _checks.positive(name, speed, unit)
-    gain = parse_values("gain", flags.gain, "SI units")
+    speed, gain = speeds_and_gains(flags, parse_values)
     if speed.size * gain.size > MOST_LANES:
         raise ValueError(
-            f"{name} and gain make {speed.size * gain.size} points; give at most {MOST_LANES}, which one picture holds"
+            f"speed and gain make {speed.size * gain.size} points; give at most {MOST_LANES}, which one picture holds"
         )
-    return np.repeat(speed / scale, gain.size), np.tile(gain, speed.size)
+    return np.repeat(speed, gain.size), np.tile(gain, speed.size)
 
 
 def _run(flags: MarchFlags, process: Any, speed: np.ndarray, gain: np.ndarray) -> tuple[Any, np.ndarray | None]:
@@ -92,17 +92,6 @@ def _comparison(
         point = f"{speed[lane] * factor:.6g}{unit}, {process.gain.symbol} = {in_unit(gain[lane], process.gain.unit)}"
         rows.append(f"  at {point}: {found}predicted max|μ| {radius:.6f}, {'unstable' if radius > 1 else 'stable'}")
     return rows
-
-
-def _draw(result: Any, path: Path) -> None:
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    figure = _figure(result)
-    figure.savefig(path, dpi=150)
-    plt.close(figure)
 
 
 def _figure(result: Any) -> "Figure":

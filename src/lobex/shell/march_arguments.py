@@ -3,26 +3,13 @@
 from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
-import numpy as np
 import tyro
 
-from lobex import _checks
 from lobex.shell import arguments
 
 MOST_LANES = 6
 
-
-def parse_values(name: str, text: str, unit: str) -> np.ndarray:
-    """Read one number, or several with commas between them."""
-    try:
-        numbers = np.array([float(part) for part in text.split(",")])
-    except ValueError:
-        raise ValueError(f"{name} = {text!r} is not a number or several with commas; give such as 85,112") from None
-    _checks.as_numbers(name, numbers, unit)
-    return numbers
-
-
-Values = Annotated[str, tyro.conf.arg(metavar="VALUE[,VALUE...]")]
+_Points = Annotated[str, tyro.conf.arg(metavar="VALUE[,VALUE...]")]
 # The march has steps of its own; a monodromy operator is only what it is compared to.
 _Fixed = Annotated[arguments.Discretization, tyro.conf.Fixed, tyro.conf.Suppress]
 _DISCRETIZATION = arguments.Discretization()
@@ -40,9 +27,9 @@ class MarchRub(arguments.Rub):
     Example: lobex march rub --speed 112 --gain 4.5e5,1.35e6 --periods 10 --steps 12000 --out march
     """
 
-    speed: Values = "112"
+    speed: _Points = "112"
     """Rotational frequencies, Hz."""
-    gain: Values = "4.5e5,1.35e6"
+    gain: _Points = "4.5e5,1.35e6"
     """Contact stiffnesses K_e, N/m."""
     periods: int = 10
     """Revolutions to march."""
@@ -63,9 +50,9 @@ class MarchMilling(arguments.Milling):
     Example: lobex march milling --rpm 8000 --gain 5e-4,2e-3 --periods 40
     """
 
-    rpm: Values = "8000"
+    rpm: _Points = "8000"
     """Spindle speeds, rpm."""
-    gain: Values = "5e-4,2e-3"
+    gain: _Points = "5e-4,2e-3"
     """Axial depths of cut b, m."""
     periods: int = 40
     """Tooth passes to march."""
@@ -88,9 +75,9 @@ class MarchTurning(arguments.Turning):
     Example: lobex march turning --rpm 5000 --gain 5e-5,4e-4 --feed 1e-4 --periods 60
     """
 
-    rpm: Values = "5000"
+    rpm: _Points = "5000"
     """Spindle speeds, rpm."""
-    gain: Values = "5e-5,4e-4"
+    gain: _Points = "5e-5,4e-4"
     """Depths of cut b, m."""
     periods: int = 60
     """Revolutions to march."""
@@ -115,9 +102,9 @@ class MarchMathieu(arguments.Mathieu):
     Example: lobex march mathieu --speed 0.159155 --gain -0.15,0.5 --periods 10
     """
 
-    speed: Values = "0.159155"
+    speed: _Points = "0.159155"
     """Speeds 1/T, Hz."""
-    gain: Values = "-0.15,0.5"
+    gain: _Points = "-0.15,0.5"
     """Delayed gains b, of either sign."""
     periods: int = 10
     """Periods to march."""

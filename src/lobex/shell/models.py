@@ -1,5 +1,6 @@
 """From flags to models: grids, files, processes and methods, checked before JAX is imported where that can be."""
 
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -7,14 +8,23 @@ import numpy as np
 
 from lobex import _checks
 from lobex.shell import arguments
+from lobex.shell.values import parse_grid
+
+Parse = Callable[[str, str, str], np.ndarray]
 
 
-def speeds_and_gains(flags: Any) -> tuple[np.ndarray, np.ndarray]:
-    """The grids of a command, speeds in Hz."""
-    name, unit, scale = ("rpm", "rpm", 60.0) if hasattr(flags, "rpm") else ("speed", "Hz", 1.0)
-    speed = arguments.parse_range(name, getattr(flags, name), unit) / scale
-    _checks.positive(name, speed * scale, unit)
-    return speed, arguments.parse_range("gain", flags.gain, "SI units")
+def speeds_and_gains(flags: Any, parse: Parse = parse_grid) -> tuple[np.ndarray, np.ndarray]:
+    """The speeds of a command, in Hz, and its gains."""
+    name, scale = ("rpm", 60.0) if hasattr(flags, "rpm") else ("speed", 1.0)
+    unit = "rpm" if name == "rpm" else "Hz"
+    speed = parse(name, speed_text(flags), unit)
+    _checks.positive(name, speed, unit)
+    return speed / scale, parse("gain", flags.gain, "SI units")
+
+
+def speed_text(flags: Any) -> str:
+    """What was said for the speeds."""
+    return flags.rpm if hasattr(flags, "rpm") else flags.speed
 
 
 def output_files(flags: Any, endings: tuple[str, ...]) -> list[Path]:
@@ -41,19 +51,47 @@ def process_of(flags: Any) -> Any:
         return lobex.Rub(rod_modes_of(flags))
     if isinstance(flags, arguments.Mathieu):
         return lobex.DelayedMathieu(delta=flags.delta, epsilon=flags.epsilon, damping=flags.damping)
-    tool = flags.tool
-    modes = lobex.Modes.single(frequency=tool.frequency, damping_ratio=tool.damping_ratio, mass=tool.mass)
+    modes = _tool_modes(flags.tool)
     if isinstance(flags, arguments.Turning):
         return lobex.Turning(modes, radial=flags.radial)
     _checks.choice("directions", flags.directions, (1, 2))
+    across = {name: values for name, values in vars(flags.across).items() if np.size(values)}
+    if across and flags.directions == 1:
+        named = ", ".join(f"{name}_y" for name in across)
+        raise ValueError(f"directions = 1 has no modes across the feed; give --directions 2 or drop {named}")
+    if flags.directions == 2:
+        modes = lobex.Modes.plane(x=modes, y=_tool_modes(flags.tool, across))
     return lobex.Milling(
-        lobex.Modes.plane(x=modes, y=modes) if flags.directions == 2 else modes,
+        modes,
         teeth=flags.teeth,
         tangential=flags.tangential,
         normal=flags.normal,
         radial_immersion=flags.radial_immersion,
         direction=flags.direction,
     )
+
+
+def _tool_modes(tool: arguments.Tool, across: Mapping[str, Any] | None = None) -> Any:
+    """The modes of the tool, or those across the feed: as ``tool`` says, but for what ``across`` says."""
+    import jax
+    import jax.numpy as jnp
+
+    import lobex
+
+    values = {**vars(tool), **(across or {})}
+    columns = {name: [value] if np.ndim(value) == 0 else list(value) for name, value in values.items()}
+    count = len(columns["frequency"])
+    for name, column in columns.items():
+        if len(column) not in (1, count):
+            flag = f"{name}_y" if across else name
+            raise ValueError(
+                f"{flag} has {len(column)} values for {count} natural frequencies; give as many, or one for all modes"
+            )
+        columns[name] = column * count if len(column) == 1 else column
+    rows = [dict(zip(columns, row, strict=True)) for row in zip(*columns.values(), strict=True)]
+    modes = [lobex.Modes.single(**row) for row in rows]
+    lib = jnp if any(map(_checks.is_traced, jax.tree.leaves(modes))) else np
+    return modes[0] if count == 1 else jax.tree.map(lambda *parts: lib.concatenate(parts), *modes)
 
 
 # The flags of each method.

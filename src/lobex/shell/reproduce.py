@@ -54,7 +54,7 @@ def run_reproduce(command: Reproduce) -> None:
 
 def _folder(out: str) -> Path:
     """The folder to write into, made if only itself is missing."""
-    folder = Path(out)
+    folder = _checks.place("out", out, "a folder")
     if not out or (folder.exists() and not folder.is_dir()):
         raise ValueError(f"out = {out!r} is not a folder; give the path of one, such as figures")
     try:

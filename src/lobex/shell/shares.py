@@ -9,6 +9,9 @@ from typing import Any
 from lobex import _checks
 from lobex.shell.arguments import Storage
 
+# Of one machine.
+_MOST_PROCESSES = 256
+
 
 @dataclass(frozen=True)
 class Share:
@@ -33,7 +36,7 @@ def shared(flags: Storage) -> Iterator[Share]:
         share = parse_share(flags.process) if flags.process is not None else share_of()
         yield Share({"store": flags.store, "processes": share}, share[0] == 0)
         return
-    count = _checks.integer("processes", flags.processes, 1)
+    count = _checks.integer("processes", flags.processes, 1, _MOST_PROCESSES)
     if flags.process is not None:
         raise ValueError(f"process = {flags.process!r} is one of those that --processes starts; drop one of the two")
     with Children(["-m", "lobex.shell.main", *_without_processes(sys.argv[1:]), "--quiet"], count):

@@ -1,14 +1,14 @@
 """``lobex wear``: wear map, spectrum and worn casing as a file, pictures and a summary."""
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lobex import _checks
-from lobex.shell.arguments import parse_range
 from lobex.shell.models import output_files, rod_modes_of
+from lobex.shell.pictures import drawn
 from lobex.shell.shares import shared
+from lobex.shell.values import parse_grid
 from lobex.shell.wear_arguments import DEFAULTS, LAWS, ContactFlags, Wear, WearFlags
 
 if TYPE_CHECKING:
@@ -20,8 +20,10 @@ def run_wear(command: Wear) -> None:
     flags = command.march
     speed = _speeds(flags)
     numbers = law_numbers(flags.contact)
-    second = "-spectrum.png" if flags.ramp == 0 else "-history.png"
-    files = output_files(flags, (".nc", ".png", "-casing.png", second))
+    endings = [".png", "-casing.png"]
+    if len(speed) > 1:
+        endings.append("-spectrum.png" if flags.ramp == 0 else "-history.png")
+    stored, *files = output_files(flags, (".nc", *endings))
 
     with shared(flags.storage) as share:
         # JAX is slow to import: only now.
@@ -54,10 +56,14 @@ def run_wear(command: Wear) -> None:
         )
     if not share.writes:
         return
-    result.save(files[0])
-    drawn = _draw(result, files[1:], steady=flags.ramp == 0)
+    pictures = _pictures(result, endings)
+    result.save(stored)
+    for ending, path in zip(endings, files, strict=True):
+        if ending in pictures:
+            path.write_bytes(pictures[ending])
     if not flags.output.quiet:
-        print(f"{result!r}\n  written          {', '.join(map(str, [files[0], *drawn]))}")
+        written = [stored, *(path for ending, path in zip(endings, files, strict=True) if ending in pictures)]
+        print(f"{result!r}\n  written          {', '.join(map(str, written))}")
 
 
 def law_numbers(flags: ContactFlags) -> dict[str, float]:
@@ -77,40 +83,32 @@ def law_numbers(flags: ContactFlags) -> dict[str, float]:
 
 def _speeds(flags: WearFlags) -> np.ndarray:
     """Speeds (n,), or (n, revolutions) on a ramp, Hz."""
-    speed = parse_range("speed", flags.speed, "Hz")
+    speed = parse_grid("speed", flags.speed, "Hz")
     _checks.positive("speed", speed, "Hz")
-    turns = np.arange(_checks.integer("revolutions", flags.revolutions, 1))
+    revolutions = _checks.integer("revolutions", flags.revolutions, 1)
     _checks.as_numbers("ramp", flags.ramp, "Hz per revolution")
     if flags.ramp == 0:
         return speed
-    history = speed[:, None] + flags.ramp * turns
-    if history.min() <= 0:
+    last = speed[0] + flags.ramp * (revolutions - 1)
+    if last <= 0:
         raise ValueError(
-            f"ramp = {flags.ramp:.6g} Hz takes the speed of {speed[0]:.6g} Hz to {history.min():.6g} Hz in "
-            f"{flags.revolutions} revolutions; give a flatter ramp"
+            f"ramp = {flags.ramp:.6g} Hz takes the speed of {speed[0]:.6g} Hz to {last:.6g} Hz in "
+            f"{revolutions} revolutions; give a flatter ramp"
         )
-    return history
+    return speed[:, None] + flags.ramp * np.arange(revolutions)
 
 
-def _draw(result: "WearMap", files: list[Path], steady: bool) -> list[Path]:
-    """The pictures; a march whose every lane failed has none."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-    from matplotlib.axes import Axes
-
+def _pictures(result: "WearMap", endings: list[str]) -> dict[str, bytes]:
+    """The pictures by the endings of their files; a march whose every lane failed has none."""
     if result.failed == len(result.speed):
-        return []
+        return {}
     worst = float(result.speed[np.nanargmax(result.volume)])
-    # The spectrum needs two revolutions.
-    other = result.plot_history if not steady else (lambda: result.spectrum().plot())
-    draw = [result.plot, lambda: result.plot_casing(worst)]
-    if not steady or result.revolutions > 1:
-        draw.append(other)
-    for path, make in zip(files, draw, strict=False):
-        drawn = make()
-        figure: Any = drawn.figure if isinstance(drawn, Axes) else drawn
-        figure.savefig(path, dpi=150)
-        plt.close("all")
-    return files[: len(draw)]
+    # One speed makes no map, and the spectrum needs two revolutions.
+    plots = {
+        ".png": result.plot_history if len(result.speed) == 1 else result.plot,
+        "-casing.png": lambda: result.plot_casing(worst),
+        "-history.png": result.plot_history,
+    }
+    if result.revolutions > 1:
+        plots["-spectrum.png"] = lambda: result.spectrum().plot()
+    return {ending: drawn(plots[ending]) for ending in endings if ending in plots}

@@ -5,7 +5,8 @@ from typing import Annotated, Any, ClassVar
 
 import tyro
 
-from lobex.shell.arguments import Output, Range, Rod, Storage
+from lobex.shell.arguments import Output, Rod, Storage
+from lobex.shell.values import Range
 
 LAWS: dict[str, tuple[str, ...]] = {
     "linear": ("stiffness",),

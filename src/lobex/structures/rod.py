@@ -14,6 +14,9 @@ from lobex.structures.modes import Modes, modal_damping
 
 Array = Any
 
+# Its matrices are dense.
+_MOST_ELEMENTS = 500
+
 
 @pytree(static=("elements",))
 class Rod:
@@ -29,7 +32,7 @@ class Rod:
     Every attribute but ``elements`` may be traced; gradients flow through the eigenproblem.
 
     Raises:
-        ValueError: for a value that is not a positive finite number, or elements below 1.
+        ValueError: for a value that is not a positive finite number, or elements outside 1 to 500.
     """
 
     elements: int = 5
@@ -39,7 +42,7 @@ class Rod:
     area: Array = 10e-4
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "elements", _checks.integer("elements", self.elements, 1))
+        object.__setattr__(self, "elements", _checks.integer("elements", self.elements, 1, _MOST_ELEMENTS))
         units = {"young_modulus": "Pa", "density": "kg/m³", "length": "m", "area": "m²"}
         for name, unit in units.items():
             _checks.positive(name, getattr(self, name), unit)

@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, overload
 
 from lobex import _checks
+from lobex._memory import check_memory
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids import sweep as grids
 from lobex.grids.choice import chosen_method
@@ -129,6 +130,12 @@ def sweep(
         bytes=COPIES * _BYTES * len(gains),
     )
     study = run_study(task, store, processes, progress)
+    if over is None:
+        check_memory(
+            f"speed and gain make {len(speeds)} × {len(gains)} points, which are all in store = {str(store)!r}",
+            2 * _BYTES * len(speeds) * len(gains),
+            "read parts of it by lobex.Study.open",
+        )
     return study if over is not None else replace(study.chart(), seconds=time.perf_counter() - begun)
 
 

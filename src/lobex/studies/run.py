@@ -9,6 +9,7 @@ from typing import Any
 import xarray
 from tqdm import tqdm
 
+from lobex._memory import check_memory
 from lobex._warnings import SweepWarning, warn
 from lobex.results.netcdf import in_parts
 from lobex.results.study import Study
@@ -20,7 +21,7 @@ from lobex.studies.plan import Plan, order_of_share, place_of_next, plan_of
 from lobex.studies.processes import share_of
 from lobex.studies.slabs import plain
 from lobex.studies.store import Store
-from lobex.studies.task import Task
+from lobex.studies.task import COPIES, Task
 from lobex.studies.warned import Collected
 
 # Frames between a user's call of a verb and what warns here.
@@ -44,6 +45,11 @@ def run_study(
     plan = plan_of(task.variation.axes, len(task.speed), task.lanes, task.bytes)
     collected = Collected()
     if store is None:
+        check_memory(
+            f"over and speed make {plan.combinations} × {plan.lanes} lanes",
+            task.bytes / COPIES * plan.combinations * plan.lanes,
+            "give fewer, or a store, which is never in memory as a whole: store=",
+        )
         blocks: Any = InMemory(plan, _Work(task, plan, collected, progress).all())
     else:
         share = share_of(processes)

@@ -1,4 +1,4 @@
-"""How much memory this process may still take."""
+"""How much memory this process may still take, and what would take more."""
 
 import os
 from contextlib import suppress
@@ -11,6 +11,18 @@ def available_memory() -> int:
     """Bytes: what the machine has left and, in a container or a batch job, what its limit leaves."""
     left = [_left_of_machine(), *_left_of_groups()]
     return max(min(left), 1)
+
+
+def check_memory(what: str, needed: float, remedy: str) -> None:
+    """Refuse what needs more bytes than are left, before any computing; ``what`` begins with the argument's name."""
+    left = available_memory()
+    if needed > left:
+        raise ValueError(f"{what}: they would need {_in_bytes(needed)} and {_in_bytes(left)} are free; {remedy}")
+
+
+def _in_bytes(number: float) -> str:
+    unit = "GB" if number < 1e12 else "TB"
+    return f"{number / (1e9 if unit == 'GB' else 1e12):.3g} {unit}"
 
 
 def _left_of_machine() -> int:

@@ -1,0 +1,74 @@
+"""From the text of a flag to numbers: a range, one value, or several with commas."""
+
+from typing import Annotated, Any
+
+import numpy as np
+import tyro
+from tyro.constructors import PrimitiveConstructorSpec
+
+from lobex import _checks
+
+_MOST_VALUES = 1_000_000
+
+
+def parse_grid(name: str, text: str, unit: str) -> np.ndarray:
+    """Read ``low:high:count`` as a grid with both ends, or increasing values with commas, or one value."""
+    if not is_range(text):
+        return _checks.grid(name, parse_values(name, text, unit), unit)
+    wrong = _wrong(name, text)
+    try:
+        first, last, number = text.split(":")
+        low, high, count = float(first), float(last), int(number)
+    except ValueError:
+        raise ValueError(wrong) from None
+    if count < 2:
+        raise ValueError(wrong)
+    _checks.as_numbers(name, (low, high), unit)
+    if count > _MOST_VALUES:
+        raise ValueError(f"{name} = {_checks.brief(text)} asks for {count} values; give at most {_MOST_VALUES}")
+    return _checks.grid(name, np.linspace(low, high, count), unit)
+
+
+def parse_values(name: str, text: str, unit: str) -> np.ndarray:
+    """Read a range, one number, or several with commas, in any order."""
+    if is_range(text):
+        return parse_grid(name, text, unit)
+    try:
+        numbers = _numbers(text)
+    except ValueError:
+        raise ValueError(_wrong(name, text)) from None
+    _checks.as_numbers(name, numbers, unit)
+    return np.array(numbers)
+
+
+def is_range(text: str) -> bool:
+    """Whether a curve is asked for, and not single points."""
+    return ":" in text
+
+
+def _wrong(name: str, text: str) -> str:
+    return (
+        f"{name} = {_checks.brief(text)} is not low:high:count with two or more values, nor numbers with commas; "
+        "give such as 50:400:351, 85 or 85,112"
+    )
+
+
+def _numbers(text: str) -> tuple[float, ...]:
+    return tuple(float(part) for part in text.split(","))
+
+
+def _read(words: list[str]) -> tuple[float, ...]:
+    try:
+        return _numbers(words[0])
+    except ValueError:
+        raise ValueError(f"{_checks.brief(words[0])} is not a number or several with commas") from None
+
+
+Range = Annotated[str, tyro.conf.arg(metavar="LOW:HIGH:COUNT|VALUE,...")]
+Values: Any = PrimitiveConstructorSpec(
+    nargs=1,
+    metavar="VALUE[,VALUE...]",
+    instance_from_str=_read,
+    is_instance=lambda value: isinstance(value, tuple),
+    str_from_instance=lambda value: [",".join(f"{number:.6g}" for number in value)],
+)

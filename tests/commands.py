@@ -1,0 +1,49 @@
+"""Running ``lobex``: as a user does, in a process of its own, or within the tests' up to where computing begins."""
+
+import subprocess
+import sys
+import warnings
+
+from lobex.grids.sweep import SweepWarning
+from lobex.shell import environment
+from lobex.shell.main import main
+
+
+def run(*arguments, cwd=None, timeout=300):
+    """Run ``lobex`` in a process of its own."""
+    command = [sys.executable, "-m", "lobex.shell.main", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, timeout=timeout, cwd=cwd)
+
+
+class Shell:
+    """``lobex`` without a process of its own, in the folder of the test: ``code``, ``out`` and ``err`` of a command."""
+
+    def __init__(self, folder, patch, capture):
+        self.folder, self.patch, self.capture = folder, patch, capture
+        patch.chdir(folder)
+        # The settings of the tests' own process stay.
+        patch.setattr(environment, "prepare_jax", lambda: None)
+        patch.setattr(warnings, "showwarning", warnings.showwarning)
+
+    def __call__(self, *arguments):
+        self.patch.setattr(sys, "argv", ["lobex", *arguments])
+        self.capture.readouterr()
+        self.code = 0
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", SweepWarning)
+            try:
+                main()
+            except SystemExit as stop:
+                self.code = stop.code or 0
+            finally:
+                self.out, self.err = self.capture.readouterr()
+        return self
+
+    def refuses(self, *arguments):
+        """Whether a command ends as bad input must: exit code 2, one line, no file. Returns the line."""
+        self(*arguments)
+        assert (self.code, self.out) == (2, "")
+        assert self.err.startswith("lobex: error: ")
+        assert self.err.count("\n") == 1
+        assert list(self.folder.iterdir()) == []
+        return self.err
