@@ -85,9 +85,28 @@ def grid(name: str, value: Any, unit: str = "") -> np.ndarray:
     return numbers
 
 
+def place(name: str, path: Any, what: str = "a file") -> Path:
+    """Require text, or what stands for it, that can be the path of a file or folder, whether there is one or not."""
+    try:
+        text = os.fspath(path)
+    except TypeError:
+        text = None
+    if not isinstance(text, str):
+        raise ValueError(f"{name} = {brief(path)} is no path; give the path of {what} as text")
+    try:
+        os.stat(text)
+    except (FileNotFoundError, NotADirectoryError):
+        pass
+    # Such as a name that is too long, or that has a character of code 0.
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", None) or error
+        raise ValueError(f"{name} = {brief(text)} cannot be used ({why}); give the path of {what}") from None
+    return Path(text)
+
+
 def writable(name: str, path: str | os.PathLike[str]) -> Path:
     """Require that a file can be written at ``path``: its folder exists and accepts new files."""
-    target = Path(path)
+    target = place(name, path)
     folder = target.parent
     if not str(path) or target.is_dir():
         raise ValueError(f"{name} = {str(path)!r} is not a file name; give the path of a file")

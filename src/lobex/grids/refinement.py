@@ -13,6 +13,7 @@ import numpy as np
 from tqdm import tqdm
 
 from lobex._devices import on_device
+from lobex._timing import carried
 from lobex.floquet import dense, power
 from lobex.floquet.chatter import carrier_frequency
 from lobex.floquet.power import as_complex, as_pair
@@ -94,8 +95,8 @@ class _Refinement:
             ThreadPoolExecutor(os.cpu_count()) as pool,
         ):
             if len(row) >= _MANY:
-                list(pool.map(lambda call: call(), self._rehearsals(start, speeds[0], gain[0])))
-            for mine, slab in pool.map(work, range(len(edges) - 1)):
+                list(pool.map(carried(lambda call: call()), self._rehearsals(start, speeds[0], gain[0])))
+            for mine, slab in pool.map(carried(work), range(len(edges) - 1)):
                 multiplier[mine], frequency[mine], error[mine] = slab.multiplier, slab.frequency, slab.error
                 nodes[mine] = np.asarray(self.sizes)[slab.size]
                 dense_points += slab.dense_points

@@ -1,6 +1,5 @@
 """The sweep: the dominant multiplier at every point of a (speed, gain) grid."""
 
-import time
 import warnings
 from typing import Any
 
@@ -8,6 +7,7 @@ import jax
 import numpy as np
 
 from lobex import _checks
+from lobex._timing import timed
 from lobex._warnings import SweepWarning
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids.choice import check_sweep_method, chosen_method
@@ -48,8 +48,7 @@ def sweep(
         method = chosen_method(process, float(speeds[0]))
     for message in oddities(process, method, float(speeds[0]), float(gains[-1])):
         warnings.warn(message, SweepWarning, stacklevel=3)
-    begun = time.perf_counter()
-    with jax.enable_x64(True):
+    with timed() as spent, jax.enable_x64(True):
         process = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=np.float64), process)
         multiplier, frequency, error, _, repeated = dominant_over_grid(process, speeds, gains, method, progress)
     failed = int(np.sum(~np.isfinite(multiplier)))
@@ -77,7 +76,8 @@ def sweep(
         speed_unit=process.speed_unit,
         process=describe(process),
         method=describe(method),
-        seconds=time.perf_counter() - begun,
+        seconds=spent.seconds,
+        compiling=spent.compiling,
         failed=failed,
         repeated=repeated,
     )

@@ -1,6 +1,5 @@
 """The critical gain of any process: every change of stability is found, polished, and labelled."""
 
-import time
 import warnings
 from functools import partial
 from typing import Any
@@ -10,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex import _checks
+from lobex._timing import Stopwatch, timed
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.floquet import power
 from lobex.grids.choice import check_sweep_method, chosen_method, operator_of
@@ -63,17 +63,16 @@ def critical_gain(
         warn_of_implausible(process, speed, bounds[0])
     if any(map(_checks.is_traced, jax.tree.leaves((process, speed)))):
         return _traced(process, jnp.atleast_1d(speed), gains, operator_of(method))
-    begun = time.perf_counter()
     speeds = np.atleast_1d(np.asarray(speed, dtype=np.float64))
     slowest = float(speeds.min())
     if method is None:
         method = chosen_method(process, slowest)
     for message in oddities(process, method, slowest, float(gains[-1])):
         warnings.warn(message, SweepWarning, stacklevel=3)
-    with jax.enable_x64(True):
+    with timed() as spent, jax.enable_x64(True):
         process = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=np.float64), process)
         parts = _search(process, speeds, gains, method, progress)
-    return _limit(process, speeds, gains, method, time.perf_counter() - begun, **parts)
+    return _limit(process, speeds, gains, method, spent, **parts)
 
 
 def _limit(
@@ -81,7 +80,7 @@ def _limit(
     speeds: Array,
     gains: np.ndarray,
     method: Method | CharacteristicRoots,
-    seconds: float,
+    spent: Stopwatch,
     **parts: Array,
 ) -> Limit:
     return Limit(
@@ -91,7 +90,8 @@ def _limit(
         speed_unit=process.speed_unit,
         process=describe(process),
         method=describe(method),
-        seconds=seconds,
+        seconds=spent.seconds,
+        compiling=spent.compiling,
         **parts,
     )
 
@@ -215,6 +215,7 @@ def _traced(process: Process, speeds: Array, gains: np.ndarray, method: Method) 
         process={"type": type(process).__name__},
         method=describe(method),
         seconds=float("nan"),
+        compiling=float("nan"),
         intervals=nothing,
         error=nothing[:, 0, 0],
         **parts,

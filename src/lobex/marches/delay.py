@@ -1,6 +1,5 @@
 """The march of a delayed process in time: the proof, by integration, of what a multiplier says."""
 
-import time
 from functools import partial
 from typing import Any
 
@@ -9,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex import _checks
+from lobex._timing import timed
 from lobex.marches.growth_fit import MOST_PERIODS, fit_growth
 from lobex.marches.lanes import check_steps, lanes_of, warn_of_lost_lanes
 from lobex.marches.linear import Motion, march_system
@@ -81,8 +81,7 @@ def march_delay(
     if steps % every:
         raise ValueError(f"every = {every} does not divide steps_per_period = {steps}; give a divisor")
     speeds, gains = lanes_of(process, speed, gain)
-    begun = time.perf_counter()
-    with jax.enable_x64(True):
+    with timed() as spent, jax.enable_x64(True):
         process = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=np.float64), process)
         system = jax.tree.map(np.asarray, _systems(process, speeds.ravel(), gains.ravel()))
         outputs = np.shape(system.inputs)[-1]
@@ -112,7 +111,8 @@ def march_delay(
         quantity=quantity_of(process),
         speed_unit=process.speed_unit,
         process=describe(process),
-        seconds=time.perf_counter() - begun,
+        seconds=spent.seconds,
+        compiling=spent.compiling,
     )
 
 

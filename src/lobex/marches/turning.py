@@ -1,6 +1,5 @@
 """Turning in time, with loss of contact and the surface that all earlier passes left."""
 
-import time
 from functools import partial
 from typing import Any
 
@@ -9,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex import _checks
+from lobex._timing import timed
 from lobex.contact.laws import ContactLaw, Plastic, check_law
 from lobex.marches.cutting import Pass, march_cut
 from lobex.marches.lanes import check_steps, lanes_of, warn_of_lost_lanes
@@ -84,8 +84,7 @@ def simulate_turning(
         raise ValueError(f"every = {every} does not divide steps_per_revolution = {steps}; give a divisor")
     tool = Turning(modes, 1.0)
     speeds, depths = lanes_of(tool, speed, depth, name="depth")
-    begun = time.perf_counter()
-    with jax.enable_x64(True):
+    with timed() as spent, jax.enable_x64(True):
         tool, law, feed = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=np.float64), (tool, law, feed))
         system = jax.tree.map(np.asarray, _structures(tool, speeds.ravel()))
         slope = float(jax.grad(law.force)(jnp.asarray(feed)))
@@ -111,7 +110,8 @@ def simulate_turning(
         steps_per_revolution=steps,
         modes=describe(tool.modes),
         law=describe(law),
-        seconds=time.perf_counter() - begun,
+        seconds=spent.seconds,
+        compiling=spent.compiling,
     )
 
 

@@ -2,7 +2,6 @@
 
 import os
 import threading
-import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
 from functools import partial
@@ -15,6 +14,7 @@ from tqdm import tqdm
 
 from lobex import _checks
 from lobex._devices import on_device
+from lobex._timing import carried, timed
 from lobex._warnings import SweepWarning, warn
 from lobex.contact.casing import Casing, check_casing
 from lobex.contact.laws import ContactLaw, check_law
@@ -64,13 +64,13 @@ def march_wear(
     steps = _checks.integer("steps_per_revolution", steps_per_revolution, 16)
     samples = _checks.integer("samples_per_revolution", samples_per_revolution, 16)
     history = _checked_speeds(modes, casing, law, speed, revolutions, plausible)
-    begun = time.perf_counter()
-    with jax.enable_x64(True):
-        modes, law, casing = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=np.float64), (modes, law, casing))
-        profile = np.asarray(casing.profile(steps))
-        _check_steps(modes, casing, law, profile, float(history.min()), steps)
     factor = factor_for(steps, samples)
-    parts = _march(modes, law, profile, history, factor, progress)
+    with timed() as spent:
+        with jax.enable_x64(True):
+            modes, law, casing = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=np.float64), (modes, law, casing))
+            profile = np.asarray(casing.profile(steps))
+            _check_steps(modes, casing, law, profile, float(history.min()), steps)
+        parts = _march(modes, law, profile, history, factor, progress)
     failed = _failed(parts, float(casing.radius))
     if failed.any():
         named = ", ".join(f"{s:.6g}" for s in history[failed, 0][:_NAMED])
@@ -96,7 +96,8 @@ def march_wear(
         radius=float(casing.radius),
         axial_width=float(casing.axial_width),
         model={"modes": describe(modes), "casing": describe(casing), "law": describe(law)},
-        seconds=time.perf_counter() - begun,
+        seconds=spent.seconds,
+        compiling=spent.compiling,
         failed=int(failed.sum()),
         **parts,
     )
@@ -159,7 +160,7 @@ def _march(
     with tqdm(total=total, unit="rev", disable=not progress, leave=False) as bar:
         work = partial(_march_block, modes, law, profile, history, factor, matrix, parts, bar.update)
         with ThreadPoolExecutor(max_workers=_workers()) as pool:
-            list(pool.map(work, range(len(blocks)), blocks))
+            list(pool.map(carried(work), range(len(blocks)), blocks))
     return parts
 
 

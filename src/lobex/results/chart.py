@@ -8,7 +8,7 @@ import numpy as np
 
 from lobex._warnings import warn
 from lobex.processes.quantity import Quantity, hertz
-from lobex.results.description import in_words
+from lobex.results.description import in_words, wall_time
 
 if TYPE_CHECKING:
     import xarray
@@ -34,6 +34,7 @@ class Chart:
         speed_unit: "Hz", "rpm", or "1" of a process without units, for axes.
         process, method: the model and the method, as plain dictionaries.
         seconds: wall time of the sweep, compiling included.
+        compiling: the part of it in which JAX traced and compiled programs; 0 where they were there already.
         failed: number of points that are NaN.
         repeated: number of points left to the dense eigensolver, or by characteristic roots to an operator.
     """
@@ -49,11 +50,11 @@ class Chart:
     process: dict[str, Any]
     method: dict[str, Any]
     seconds: float
+    compiling: float
     failed: int
     repeated: int
 
     def __repr__(self) -> str:
-        per_point = self.seconds / self.spectral_radius.size
         radius = self.spectral_radius[np.isfinite(self.spectral_radius)]
         span = f"{radius.min():.6g} to {radius.max():.6g}" if radius.size else "none finite"
         lines = [
@@ -63,7 +64,7 @@ class Chart:
             f" ({self.quantity.name} {self.quantity.symbol})",
             f"  spectral radius  {span}",
             f"  method           {in_words(self.method)}",
-            f"  wall time        {self.seconds:.2f} s, {1e6 * per_point:.3g} µs a point",
+            f"  wall time        {wall_time(self, self.spectral_radius.size, 'point')}",
             *([f"  estimated error  at most {np.nanmax(self.error):.1e}"] if np.any(self.error > 0) else []),
             f"  settled again    {self.repeated} points",
             f"  failed           {self.failed} points",
@@ -118,7 +119,12 @@ class Chart:
         return chart_to_dataset(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the chart to a NetCDF-4 file, which ``lobex.load`` reads back; all at once or not at all."""
-        from lobex.results.netcdf import save_dataset
+        """Write the chart to a file, all at once or not at all; its ending says which: .nc (NetCDF-4), which
+        ``lobex.load`` reads back, .mat (MATLAB) or .csv (one row per point).
+
+        Raises:
+            ValueError: for any other ending, and a place that cannot be written.
+        """
+        from lobex.results.saving import save_dataset
 
         save_dataset(self.to_xarray(), path)

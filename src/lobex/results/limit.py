@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lobex.processes.quantity import Quantity, hertz
-from lobex.results.description import in_words
+from lobex.results.description import in_words, wall_time
 
 if TYPE_CHECKING:
     import xarray
@@ -68,6 +68,7 @@ class Limit:
         speed_unit: "Hz", "rpm", or "1" of a process without units, for axes.
         process, method: the model and the method, as plain dictionaries.
         seconds: wall time, compiling included.
+        compiling: the part of it in which JAX traced and compiled programs; 0 where they were there already.
     """
 
     speed: Array
@@ -83,6 +84,7 @@ class Limit:
     process: dict[str, Any]
     method: dict[str, Any]
     seconds: float
+    compiling: float
 
     @property
     def kind(self) -> np.ndarray:
@@ -116,7 +118,7 @@ class Limit:
             f" ({self.quantity.name} {self.quantity.symbol})",
             f"  status           {', '.join(c for c in counts if not c.startswith('0 '))}",
             f"  method           {in_words(self.method)}",
-            f"  wall time        {self.seconds:.2f} s",
+            f"  wall time        {wall_time(self, len(self.speed), 'speed')}",
         ]
         gain = np.asarray(self.gain)
         if np.isfinite(gain).any():
@@ -165,7 +167,12 @@ class Limit:
         return limit_to_dataset(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the limit to a NetCDF-4 file, which ``lobex.load`` reads back; all at once or not at all."""
-        from lobex.results.netcdf import save_dataset
+        """Write the limit to a file, all at once or not at all; its ending says which: .nc (NetCDF-4), which
+        ``lobex.load`` reads back, .mat (MATLAB) or .csv (one row per speed).
+
+        Raises:
+            ValueError: for any other ending, and a place that cannot be written.
+        """
+        from lobex.results.saving import save_dataset
 
         save_dataset(self.to_xarray(), path)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lobex import _checks
-from lobex.results.description import in_words
+from lobex.results.description import in_words, wall_time
 
 if TYPE_CHECKING:
     import xarray
@@ -45,6 +45,7 @@ class WearMap:
         radius, axial_width: of the casing, m.
         model: modes, casing and law as plain dictionaries.
         seconds: wall time, compiling included.
+        compiling: the part of it in which JAX traced and compiled programs; 0 where they were there already.
         failed: number of lanes that are NaN.
     """
 
@@ -70,6 +71,7 @@ class WearMap:
     axial_width: float
     model: dict[str, Any]
     seconds: float
+    compiling: float
     failed: int
 
     @property
@@ -140,7 +142,10 @@ class WearMap:
                 f"  largest motion   {np.nanmax(self.peak):.6g} m at {self.speed[np.nanargmax(self.peak)]:.6g} Hz",
                 f"  energy balance   open by {error:.1e} of the input, at most",
             ]
-        lines += [f"  wall time        {self.seconds:.2f} s", f"  failed           {self.failed} lanes"]
+        lines += [
+            f"  wall time        {wall_time(self, len(self.speed), 'lane')}",
+            f"  failed           {self.failed} lanes",
+        ]
         return "\n".join(lines)
 
     def spectrum(self, skip: int = 0, window: str = "flattop") -> "SpectrumMap":
@@ -183,7 +188,12 @@ class WearMap:
         return wear_map_to_dataset(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the map to a NetCDF-4 file, which ``lobex.load`` reads back; all at once or not at all."""
-        from lobex.results.netcdf import save_dataset
+        """Write the map to a file, all at once or not at all; its ending says which: .nc (NetCDF-4), which
+        ``lobex.load`` reads back, or .mat (MATLAB). Its arrays share no rows, so that .csv is refused.
+
+        Raises:
+            ValueError: for any other ending, and a place that cannot be written.
+        """
+        from lobex.results.saving import save_dataset
 
         save_dataset(self.to_xarray(), path)

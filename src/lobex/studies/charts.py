@@ -1,10 +1,10 @@
 """``sweep``, with further axes and a store: each chunk is a sweep of its own."""
 
-import time
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, overload
 
 from lobex import _checks
+from lobex._timing import timed
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids import sweep as grids
 from lobex.grids.choice import chosen_method
@@ -110,7 +110,6 @@ def sweep(
         return grids.sweep(process, speed, gain, method, progress=progress)
     from lobex.studies.run import run_study
 
-    begun = time.perf_counter()
     variation = Variation(process, axes_of(over))
     first = variation.at(0)
     check_process(first)
@@ -128,8 +127,9 @@ def sweep(
         lanes=max(_points_of_a_chunk(method, first, float(speeds[0])) // len(gains), 1),
         bytes=COPIES * _BYTES * len(gains),
     )
-    study = run_study(task, store, processes, progress)
-    return study if over is not None else replace(study.chart(), seconds=time.perf_counter() - begun)
+    with timed() as spent:
+        study = run_study(task, store, processes, progress)
+    return study if over is not None else replace(study.chart(), seconds=spent.seconds, compiling=spent.compiling)
 
 
 def _points_of_a_chunk(method: Any, process: Process, speed: float) -> int:
