@@ -280,7 +280,7 @@ def test_what_has_no_common_rows_has_no_table(name, tmp_path):
         ("r.h5", "path = 'r.h5' ends in '.h5'; give .nc (which lobex.load reads back), .mat or .csv"),
         ("r", "path = 'r' has no ending"),
         ("r.nc.", "give .nc"),
-        ("", "path = '' has no ending"),
+        ("", "path = '' is not a file name"),
         (5, "path = 5 is no path"),
         (b"r.nc", "path = b'r.nc' is no path"),
         ("x" * 300 + ".nc", "path = a str cannot be used (File name too long)"),
