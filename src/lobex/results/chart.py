@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     import xarray
     from matplotlib.axes import Axes
 
+    from lobex.results.boundary import Boundary
+
 # Gains, at least, of the finer grid that is asked for.
 _FINER = 65
 
@@ -103,14 +105,23 @@ class Chart:
             low, high = self.gain[np.maximum(first - 1, 0)], self.gain[first]
             return np.where(found, low + share * (high - low), np.nan)
 
-    def plot(self, ax: "Axes | None" = None, speed_unit: str | None = None) -> "Axes":
+    def plot(
+        self, ax: "Axes | None" = None, speed_unit: str | None = None, *, boundary: "Boundary | None" = None
+    ) -> "Axes":
         """A filled map of max|μ| with the stability limit drawn; returns the axes.
 
-        ``speed_unit`` is "Hz" or "rpm", by default what the process is usually drawn in.
+        The limit is drawn where it is, to about a pixel: in cells whose neighbours show that interpolation would put
+        it elsewhere, or would miss a piece, points between those of the chart are computed for the picture. With a
+        process of your own, which a chart cannot make again, the line is dotted there; hand in its traced boundary.
+
+        Args:
+            ax: axes to draw into; by default those of a new figure.
+            speed_unit: "Hz" or "rpm", by default what the process is usually drawn in.
+            boundary: ``lobex.boundary(chart)``, to draw its curves in place of the map's own line.
         """
         from lobex.plots.chart import plot_chart
 
-        return plot_chart(self, ax, speed_unit)
+        return plot_chart(self, ax, speed_unit, boundary)
 
     def to_xarray(self) -> "xarray.Dataset":
         """The chart as a labelled dataset, with units and the model in its attributes."""

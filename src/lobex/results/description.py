@@ -51,6 +51,8 @@ def wall_time(result: Timed, parts: int, part: str) -> str:
         return "not known"
     computing = result.seconds - result.compiling
     each = computing / max(parts, 1)
-    scale, unit = next((s, u) for s, u in ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs")) if each >= s or u == "µs")
+    # Points are many and quick: their times are always compared in µs.
+    units = ((1e-6, "µs"),) if part == "point" else ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"))
+    scale, unit = next((pair for pair in units if each >= pair[0]), units[-1])
     split = f"compiling {result.compiling:.2f} s, computing {computing:.2f} s ({each / scale:.3g} {unit} a {part})"
     return f"{result.seconds:.2f} s: {split}"
