@@ -2,16 +2,13 @@
 
 from typing import TYPE_CHECKING
 
-import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.colors import ListedColormap, TwoSlopeNorm
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from matplotlib.patches import Rectangle
 
 from lobex import _checks
 from lobex.grids.finer import halved
-from lobex.plots.axes import gain_label, speed_axis
+from lobex.plots.axes import gain_label, legend_above, one_of, speed_axis
 from lobex.plots.stability_line import LINE, PIXELS, Map, draw_line, map_of
 
 if TYPE_CHECKING:
@@ -37,36 +34,27 @@ def plot_chart(chart: "Chart", ax: "Axes | None", speed_unit: str | None, bounda
         raise ValueError(f"a chart of shape {chart.spectral_radius.shape} is no map; sweep two or more of each")
     if boundary is not None and not hasattr(boundary, "curves"):
         raise ValueError(f"boundary = {_checks.brief(boundary)} is no boundary; give lobex.boundary(chart)")
-    if ax is None:
-        _, ax = plt.subplots(figsize=(7.0, 4.4), layout="constrained")
+    ax = one_of(ax, 7.0, 4.4)
     scale = (speed_scale, 1 / chart.quantity.scale)
     drawn = map_of(chart, refine=boundary is None)
     radius = np.ma.masked_invalid(chart.spectral_radius)
     top = max(float(radius.max()) if radius.count() else 1.0, 1.0 + 1e-6)
     bottom = min(float(radius.min()) if radius.count() else 0.0, 1.0 - 1e-6)
     mesh = _fill(ax, scale, drawn, TwoSlopeNorm(1.0, bottom, top))
-    handles: list[Artist] = [
-        Patch(facecolor=_STABLE[0], edgecolor="0.3", label="stable, max|μ| < 1"),
-        Patch(facecolor=_UNSTABLE[0], edgecolor="0.3", label="unstable, max|μ| > 1"),
-    ]
+    # Entries that stay when somebody draws more and asks for the legend again.
+    for name, colour in (("stable, max|μ| < 1", _STABLE[0]), ("unstable, max|μ| > 1", _UNSTABLE[0])):
+        ax.add_patch(Rectangle((np.nan, np.nan), 0, 0, facecolor=colour, edgecolor="0.3", label=name))
     if boundary is not None or (bottom < 1 - 1e-6 and top > 1 + 1e-6):
-        handles.append(Line2D([], [], label="stability limit, max|μ| = 1", **LINE))
+        ax.plot([], [], label="stability limit, max|μ| = 1", **LINE)
         if draw_line(ax, scale, drawn, boundary):
-            handles.append(Line2D([], [], linestyle=":", label="the grid is too coarse to tell", **LINE))
+            ax.plot([], [], linestyle=":", label="the grid is too coarse to tell", **LINE)
     ax.set_xlabel(label)
     ax.set_ylabel(gain_label(chart.quantity))
     ax.set_xlim(chart.speed[0] * scale[0], chart.speed[-1] * scale[0])
     ax.set_ylim(chart.gain[0] * scale[1], chart.gain[-1] * scale[1])
     bar = ax.figure.colorbar(mesh, ax=ax, pad=0.02)
     bar.set_label("spectral radius max|μ|")
-    ax.legend(
-        handles=handles,
-        loc="lower center",
-        bbox_to_anchor=(0.5, 1.0),
-        ncols=3 if len(handles) < 4 else 2,
-        frameon=False,
-        fontsize="small",
-    )
+    legend_above(ax, columns=2 if len(ax.get_legend_handles_labels()[1]) == 4 else 3)
     return ax
 
 
@@ -82,8 +70,10 @@ def _fill(ax: "Axes", scale: tuple[float, float], drawn: Map, norm: TwoSlopeNorm
         speed, growth = halved(speed), halved(growth)
     while len(gain) < PIXELS[1]:
         gain, growth = halved(gain), halved(growth.T).T
+    # Cells and no image: an image is wrong on logarithmic axes.
     edges = (np.r_[axis[0], (axis[1:] + axis[:-1]) / 2, axis[-1]] for axis in (speed * scale[0], gain * scale[1]))
-    return ax.pcolorfast(*edges, np.ma.masked_invalid(np.exp(growth)).T, cmap=_colours(), norm=norm)
+    radius = np.ma.masked_invalid(np.exp(growth)).T
+    return ax.pcolormesh(*edges, radius, cmap=_colours(), norm=norm, shading="flat", rasterized=True)
 
 
 def _colours() -> ListedColormap:

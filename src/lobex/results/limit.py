@@ -1,10 +1,10 @@
 """The result of a search for the stability limit."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from lobex.results.description import in_words, wall_time
 
 if TYPE_CHECKING:
     import xarray
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from lobex.results.band import Band
@@ -154,11 +155,37 @@ class Limit:
 
         return sensitivities_of(self).band(relative_standard_deviation)
 
-    def plot(self, speed_unit: str | None = None) -> "Figure":
-        """The limit with its stable region, kinds and lobe numbers, over the chatter frequencies."""
+    @overload
+    def plot(self, ax: "Axes", speed_unit: str | None = None, *, label: str | None = None) -> "Axes": ...
+    @overload
+    def plot(
+        self, ax: None = None, speed_unit: str | None = None, *, axes: "Sequence[Axes] | None" = None
+    ) -> "Figure": ...
+    def plot(
+        self,
+        ax: "Axes | None" = None,
+        speed_unit: str | None = None,
+        *,
+        axes: "Sequence[Axes] | None" = None,
+        label: str | None = None,
+    ) -> "Figure | Axes":
+        """The limit with its stable region, kinds and lobe numbers, over the chatter frequencies; returns the figure.
+
+        With ``ax`` the limit alone, drawn over what is there, a chart, measured cuts or other limits, whose ends are
+        left as they are; returns these axes.
+
+        Args:
+            ax: axes for the limit alone.
+            speed_unit: "Hz" or "rpm", by default what the process is usually drawn in.
+            axes: two axes to draw into, for the limit and for its chatter frequency.
+            label: with ``ax``, a name in the legend: the limit is then one of several, in a colour of its own.
+
+        Raises:
+            ValueError: for both of ``ax`` and ``axes``, and a ``label`` without ``ax``.
+        """
         from lobex.plots.limit import plot_limit
 
-        return plot_limit(self, speed_unit)
+        return plot_limit(self, ax, axes, speed_unit, label)
 
     def to_xarray(self) -> "xarray.Dataset":
         """The limit as a labelled dataset, with units and the model in its attributes."""

@@ -1,6 +1,7 @@
 """The result of a wear march."""
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -175,11 +176,14 @@ class WearMap:
 
         return plot_worn_casing(self, self.nearest(speed), ax, magnification)
 
-    def plot_history(self) -> "Figure":
-        """Amplitude and wear of every revolution over its speed (a ramp) or over the revolutions."""
+    def plot_history(self, axes: "Sequence[Axes] | None" = None) -> "Figure":
+        """Amplitude and wear of every revolution over its speed (a ramp) or over the revolutions; returns the figure.
+
+        ``axes`` are two axes to draw into, for amplitude and for wear.
+        """
         from lobex.plots.wear import plot_history
 
-        return plot_history(self)
+        return plot_history(self, axes)
 
     def to_xarray(self) -> "xarray.Dataset":
         """The map as a labelled dataset, with units and the model in its attributes."""
