@@ -32,7 +32,13 @@ def code_of(page):
 CLAIMS = {
     "own_matrices.md": lambda n: np.median(n["limit"].gain / n["every"].gain) < 1,
     "receptance.md": lambda n: n["off"].max() < 1e-4,
-    "milling.md": lambda n: set(n["limit"].kind) <= {"hopf", "flip", ""} and n["limit"].intervals[0].size,
+    "milling.md": lambda n: (
+        set(n["limit"].kind) <= {"hopf", "flip", ""}
+        and n["limit"].intervals[0].size
+        and np.array_equal(
+            lobex.spectral_radius(n["mill"], n["tried"][:, 0] / 60, n["tried"][:, 1] / 1e3) > 1, n["chattered"]
+        )
+    ),
     "limits.md": lambda n: np.array_equal(n["searched"].status == "found", np.isfinite(n["searched"].gain)),
     "boundary.md": lambda n: len(n["traced"]) > 0 and n["traced"].residual < 1e-8,
     "jax.md": lambda n: n["value"] == pytest.approx(920209.5963) and np.all(np.diff(n["gains"]) > 0),
