@@ -66,14 +66,22 @@ def _fill(ax: "Axes", scale: tuple[float, float], drawn: Map, norm: TwoSlopeNorm
         shading = "gouraud" if radius.count() == radius.size else "nearest"
         x, y = speed * scale[0], gain * scale[1]
         return ax.pcolormesh(x, y, radius, cmap=_colours(), norm=norm, shading=shading, rasterized=True)
-    while len(speed) < PIXELS[0]:
-        speed, growth = halved(speed), halved(growth)
-    while len(gain) < PIXELS[1]:
-        gain, growth = halved(gain), halved(growth.T).T
+    speed, growth = _about(PIXELS[0], speed, growth)
+    gain, growth = _about(PIXELS[1], gain, growth.T)
+    growth = growth.T
     # Cells and no image: an image is wrong on logarithmic axes.
     edges = (np.r_[axis[0], (axis[1:] + axis[:-1]) / 2, axis[-1]] for axis in (speed * scale[0], gain * scale[1]))
     radius = np.ma.masked_invalid(np.exp(growth)).T
     return ax.pcolormesh(*edges, radius, cmap=_colours(), norm=norm, shading="flat", rasterized=True)
+
+
+def _about(pixels: float, axis: np.ndarray, growth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A map along its first axis in cells of one to two pixels: more points between, or every second left out."""
+    while 2 * len(axis) < pixels:
+        axis, growth = halved(axis), halved(growth)
+    while len(axis) > 1.5 * pixels and len(axis) % 2:
+        axis, growth = axis[::2], growth[::2]
+    return axis, growth
 
 
 def _colours() -> ListedColormap:
