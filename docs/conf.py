@@ -5,18 +5,24 @@ here the code of every page runs in the tests and the numbers of the validation 
 """
 
 import re
+import sys
+from pathlib import Path
 
 import lobex
+
+sys.path.insert(0, str(Path(__file__).parent))
 
 project = "lobex"
 project_copyright = "the authors of lobex, Apache-2.0"
 release = version = lobex.__version__
 
-extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx.ext.mathjax"]
+extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "mathml", "offline"]
 exclude_patterns = ["_build"]
 myst_enable_extensions = ["dollarmath", "amsmath"]
 myst_heading_anchors = 3
 myst_links_external_new_tab = True
+# Nothing is fetched from elsewhere when a page is read, no script for formulas either.
+html_math_renderer = "mathml"
 
 html_theme = "furo"
 html_title = f"lobex {version}"

@@ -6,10 +6,12 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray
-from matplotlib.contour import QuadContourSet
+from matplotlib.collections import LineCollection
 
 import lobex
+import small_results
 from cases import MILL, ROD, assert_same_fields
+from lobex.results.boundary import BoundaryCurve
 
 
 @pytest.fixture(scope="module")
@@ -105,13 +107,46 @@ def test_a_picture_has_units_a_legend_and_the_limit(chart):
 def test_the_limit_is_drawn_where_the_map_crosses_one():
     chart = lobex.sweep(ROD, np.linspace(150, 250, 21), np.linspace(1e5, 1e6, 31))
     axes = chart.plot()
-    limits = [c for c in axes.collections if isinstance(c, QuadContourSet)]
-    assert len(limits) == 1
-    vertices = np.concatenate([path.vertices for path in limits[0].get_paths()])
-    critical = chart.critical_gain() / 1e6
-    for speed, gain in zip(chart.speed, critical, strict=True):
-        if np.isfinite(gain):
-            assert np.min(np.hypot((vertices[:, 0] - speed) / 100, vertices[:, 1] - gain)) < 0.02
+    solid, dotted = line_of(axes)
+    assert not len(dotted)
+    exact = lobex.exact_limit(ROD, chart.speed).gain / 1e6
+    shown = exact < 0.99
+    assert shown.sum() > 10
+    # To about a pixel, of which the picture has 840 by 540 within its axes.
+    for speed, gain in zip(chart.speed[shown], exact[shown], strict=True):
+        assert np.min(np.hypot((solid[:, 0] - speed) / 100 * 840, (solid[:, 1] - gain) / 0.9 * 540)) < 3
+
+
+def line_of(axes):
+    """Vertices of the limit as drawn, solid and dotted."""
+    solid, dotted = (c for c in axes.collections if isinstance(c, LineCollection))
+    return [np.concatenate([np.empty((0, 2)), *c.get_segments()]) for c in (solid, dotted)]
+
+
+def test_a_tongue_thinner_than_a_cell_is_drawn_whole():
+    # The peak between two lobes, on a grid whose columns stand a lobe's width apart, against the closed form.
+    chart = lobex.sweep(ROD, np.linspace(108, 124, 5), np.linspace(2e5, 1.4e6, 5))
+    solid, _ = line_of(chart.plot())
+    speed = np.linspace(109, 123, 57)
+    exact = lobex.exact_limit(ROD, speed).gain / 1e6
+    for s, gain in zip(speed, exact, strict=True):
+        if 0.25 < gain < 1.35:
+            # A cell is halved four times: 13 by 8 pixels are left of 210 by 135.
+            assert np.min(np.hypot((solid[:, 0] - s) / 16 * 840, (solid[:, 1] - gain) / 1.2 * 540)) < 16
+    assert solid[:, 1].max() > 0.97 * min(exact.max(), 1.4)
+
+
+def test_what_cannot_be_computed_again_is_dotted_where_the_grid_is_too_coarse():
+    chart = lobex.sweep(ROD, np.linspace(108, 124, 5), np.linspace(2e5, 1.4e6, 5))
+    own = replace(chart, process={**chart.process, "type": "Mine"})
+    axes = own.plot()
+    assert len(line_of(axes)[1])
+    assert axes.get_legend().get_texts()[-1].get_text() == "the grid is too coarse to tell"
+    curve = BoundaryCurve(np.array([110.0, 120.0]), np.array([3e5, 4e5]), np.zeros(2), np.ones(2, np.int8), False)
+    traced = replace(small_results.boundary(), curves=(curve,))
+    solid, dotted = line_of(own.plot(boundary=traced))
+    assert not len(dotted)
+    np.testing.assert_allclose(solid, [[110.0, 0.3], [120.0, 0.4]])
 
 
 def test_a_picture_without_a_crossing_draws_no_limit():
@@ -126,6 +161,7 @@ def test_a_picture_without_a_crossing_draws_no_limit():
         (lambda chart, tmp: chart.save(tmp), "not a file name"),
         (lambda chart, tmp: chart.save("/proc/x.nc"), "cannot be written"),
         (lambda chart, tmp: chart.plot(speed_unit="rad/s"), "speed_unit = 'rad/s'"),
+        (lambda chart, tmp: chart.plot(boundary=3), "boundary = 3 is no boundary"),
         (lambda chart, tmp: lobex.load(tmp / "none.nc"), "is not a file"),
         (lambda chart, tmp: lobex.load(_write(tmp / "text.nc", b"plain text")), "no readable NetCDF-4"),
         (lambda chart, tmp: lobex.load(_foreign(tmp / "other.nc")), "not a lobex result"),

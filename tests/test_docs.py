@@ -15,6 +15,7 @@ DOCS = Path(__file__).parents[1] / "docs"
 sys.path.insert(0, str(DOCS))
 
 import errata  # noqa: E402
+import offline  # noqa: E402
 import pages  # noqa: E402
 import references  # noqa: E402
 
@@ -35,7 +36,13 @@ def limit_of_whole_overlap(names):
 CLAIMS = {
     "own_matrices.md": lambda n: np.median(n["limit"].gain / n["every"].gain) < 1,
     "receptance.md": lambda n: n["off"].max() < 1e-4,
-    "milling.md": lambda n: set(n["limit"].kind) <= {"hopf", "flip", ""} and n["limit"].intervals[0].size,
+    "milling.md": lambda n: (
+        set(n["limit"].kind) <= {"hopf", "flip", ""}
+        and n["limit"].intervals[0].size
+        and np.array_equal(
+            lobex.spectral_radius(n["mill"], n["tried"][:, 0] / 60, n["tried"][:, 1] / 1e3) > 1, n["chattered"]
+        )
+    ),
     "limits.md": lambda n: np.array_equal(n["searched"].status == "found", np.isfinite(n["searched"].gain)),
     "boundary.md": lambda n: len(n["traced"]) > 0 and n["traced"].residual < 1e-8,
     "jax.md": lambda n: n["value"] == pytest.approx(920209.5963) and np.all(np.diff(n["gains"]) > 0),
@@ -71,6 +78,31 @@ def test_links_lead_to_files(page):
         assert (page.parent / path).is_file(), target
         headings = re.findall(r"^#+ (.*)$", (page.parent / path).read_text(), re.MULTILINE) if anchor else []
         assert not anchor or anchor in map(pages.slug, headings), target
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ('<script async="async" src="https://cdn.example/mathjax.js"></script>', ["https://cdn.example/mathjax.js"]),
+        ('<link rel="stylesheet" href="//fonts.example/css?family=Lato">', ["//fonts.example/css?family=Lato"]),
+        ("<img alt='x' src=http://host.example/a.png>", ["http://host.example/a.png"]),
+        ("@import 'https://host.example/a.css';", ["https://host.example/a.css"]),
+        ("@font-face {src: url(https://host.example/a.woff2)}", ["https://host.example/a.woff2"]),
+        ('<a href="https://doi.org/10.1000/1">source</a> and https://host.example in words', []),
+        ("<script src='_static/a.js'></script> <img src='../b.png'>", []),
+        ("a {background: url('data:image/svg+xml,<svg xmlns=\"http://www.w3.org/2000/svg\"/>')}", []),
+    ],
+)
+def test_what_a_page_fetches_from_elsewhere_is_found(text, found):
+    assert offline.fetched(text) == found
+
+
+def test_pages_that_need_the_internet_are_named(tmp_path):
+    (tmp_path / "static").mkdir()
+    (tmp_path / "static" / "a.css").write_text("@import url(//host.example/b.css);")
+    (tmp_path / "a.html").write_text("<p>the multiplier \\(\\mu\\)</p><code>a\\[0]</code>")
+    (tmp_path / "b.html").write_text("<p>fine</p>")
+    assert offline.needs(tmp_path) == ["a.html: LaTeX \\(", "static/a.css: //host.example/b.css"]
 
 
 def test_the_reference_names_every_export_once():

@@ -9,7 +9,6 @@ import lobex
 from cases import ROD
 from lobex.marches.delay import march_delay
 from lobex.marches.start import growing_history
-from lobex.results.march_file import read_march
 from lobex.shell import march_arguments as shell
 from lobex.shell.arguments import Output
 from lobex.shell.march import run_march
@@ -23,8 +22,7 @@ def pulse(time):
 def test_a_march_survives_its_file(tmp_path):
     march = march_delay(ROD, [[85.0], [112.0]], [4.5e5, 1.35e6], pulse, 4, 300, every=3)
     march.save(tmp_path / "march.nc")
-    with xarray.open_dataset(tmp_path / "march.nc", engine="h5netcdf") as stored:
-        back = read_march(stored.load())
+    back = lobex.load(tmp_path / "march.nc")
     for name in ("speed", "gain", "delay", "phase", "displacement", "state", "multiplier", "growth_error"):
         assert np.array_equal(getattr(back, name), getattr(march, name)), name
     assert repr(back) == repr(march)
@@ -56,8 +54,7 @@ def test_the_shell_marches_what_the_library_marches(here, capsys):
     run_march(shell.March(shell.MarchRub(speed="112", gain="4.5e5,1.35e6", steps=600, periods=12)))
     assert sorted(p.name for p in here.iterdir()) == ["rub-march.nc", "rub-march.png"]
     assert min(plt.imread(here / "rub-march.png").shape[:2]) > 500
-    with xarray.open_dataset("rub-march.nc", engine="h5netcdf") as stored:
-        march = read_march(stored.load())
+    march = lobex.load("rub-march.nc")
     history, state = growing_history(lobex.Rod(5), [112.0, 112.0])
     exact = march_delay(ROD, 112.0, [4.5e5, 1.35e6], history, 12, 600, state=state)
     assert march.displacement == pytest.approx(exact.displacement, rel=1e-9)

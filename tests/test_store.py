@@ -122,6 +122,24 @@ def test_a_chunk_of_another_store_is_no_chunk_of_this_one(folder, tmp_path):
         np.asarray(Study.open(folder)["multiplier"])
 
 
+def test_a_chunk_that_lacks_a_field_is_told(folder):
+    victim = chunks(folder)[2]
+    content = to_bytes(from_bytes(victim.read_bytes()).drop_vars("speed"))
+    victim.unlink()
+    (folder / f"00000002-{checksum(content)}.nc").write_bytes(content)
+    study = Study.open(folder)
+    with pytest.raises(Damage, match=r"chunk 2 .* is damaged \(it has no variable 'speed'"):
+        study.at(2)
+
+
+@pytest.mark.parametrize("place", ["x" * 300, 5, 2.5, b"study", ["study"], "a\0b", ""])
+def test_a_store_that_is_no_path_is_refused_in_one_line(place):
+    for call in (run, Study.open):
+        with pytest.raises(ValueError, match=r"^store = .*; give the (path of a )?folder") as error:
+            call(place)
+        assert "\n" not in str(error.value)
+
+
 def test_a_chunk_under_another_number_is_not_taken_for_it(folder):
     first, second = chunks(folder)[:2]
     content = second.read_bytes()

@@ -11,6 +11,7 @@ from tqdm import tqdm
 
 from lobex._broadcast import over_points
 from lobex._devices import on_device
+from lobex._timing import carried
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.floquet import dense, power
 from lobex.floquet.chatter import chatter_frequency
@@ -61,7 +62,7 @@ def dominant_over_grid(
         tqdm(total=multiplier.size, unit="pt", unit_scale=True, disable=not progress, leave=False) as bar,
         ThreadPoolExecutor(len(jax.local_devices())) as pool,
     ):
-        for (i, j), (part, results) in zip(starts, pool.map(work, range(len(starts))), strict=True):
+        for (i, j), (part, results) in zip(starts, pool.map(carried(work), range(len(starts))), strict=True):
             for target, values in zip((multiplier, frequency, residual), results, strict=True):
                 target[part] = values
             bar.update((min(i + chunk[0], shape[0]) - i) * (min(j + chunk[1], shape[1]) - j))

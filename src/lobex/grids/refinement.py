@@ -13,6 +13,7 @@ import numpy as np
 from tqdm import tqdm
 
 from lobex._devices import on_device
+from lobex._timing import carried
 from lobex.floquet import dense, power
 from lobex.floquet.chatter import carrier_frequency
 from lobex.floquet.power import Pair, as_complex, as_pair
@@ -35,7 +36,7 @@ _CHUNK_BYTES = 1e6
 # Structures prepared at a time, and points taken by the dense solver at a time.
 _SPEEDS = 32
 _FEW = 64
-_MANY = 20_000
+MANY = 20_000
 # Radians over half a piece that coefficients add to those of the first mode, for the first guess alone.
 _BY_COEFFICIENTS = 1.5
 
@@ -93,9 +94,9 @@ class _Refinement:
             tqdm(total=len(row), unit="pt", unit_scale=True, disable=not progress, leave=False) as bar,
             ThreadPoolExecutor(os.cpu_count()) as pool,
         ):
-            if len(row) >= _MANY:
-                list(pool.map(lambda call: call(), self._rehearsals(start, speeds[0], gain[0])))
-            for mine, slab in pool.map(work, range(len(edges) - 1)):
+            if len(row) >= MANY:
+                list(pool.map(carried(lambda call: call()), self._rehearsals(start, speeds[0], gain[0])))
+            for mine, slab in pool.map(carried(work), range(len(edges) - 1)):
                 multiplier[mine], frequency[mine], error[mine] = slab.multiplier, slab.frequency, slab.whole_error
                 nodes[mine] = np.asarray(self.sizes)[slab.size]
                 dense_points += slab.dense_points
@@ -136,7 +137,7 @@ class _Refinement:
             tails = np.asarray(tail_bound(turn[:, None] + _BY_COEFFICIENTS, np.array(sizes[:-1])))
             return np.sum(tails > np.sqrt(self.method.tolerance), axis=1)
 
-        if points >= _MANY:
+        if points >= MANY:
             return _SIZES, first(_SIZES, half)
         # Of few points it is quicker to compute some too finely than to compile one more size.
         begin = _FIRST[first(_FIRST, np.max(half, keepdims=True))[0]]

@@ -1,6 +1,5 @@
 """The sweep: the dominant multiplier at every point of a (speed, gain) grid."""
 
-import time
 import warnings
 from typing import Any
 
@@ -9,6 +8,7 @@ import numpy as np
 from lobex import _checks
 from lobex._float64 import at_once, widened
 from lobex._memory import check_memory
+from lobex._timing import timed
 from lobex._warnings import SweepWarning
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids.choice import check_sweep_method, chosen_method, tolerance_of
@@ -54,13 +54,12 @@ def sweep(
     )
     if plausible:
         warn_of_implausible(process, speeds, gains)
-    with at_once():
+    with timed() as spent, at_once():
         process = widened(process)
         if method is None:
             method = chosen_method(process, float(speeds[0]))
         for message in oddities(process, method, float(speeds[0]), float(gains[-1])):
             warnings.warn(message, SweepWarning, stacklevel=3)
-        begun = time.perf_counter()
         multiplier, frequency, error, _, repeated = dominant_over_grid(process, speeds, gains, method, progress)
     failed = int(np.sum(~np.isfinite(multiplier)))
     if failed:
@@ -88,7 +87,8 @@ def sweep(
         speed_unit=process.speed_unit,
         process=describe(process),
         method=describe(method),
-        seconds=time.perf_counter() - begun,
+        seconds=spent.seconds,
+        compiling=spent.compiling,
         failed=failed,
         repeated=repeated,
     )

@@ -1,6 +1,5 @@
 """The stability boundary as curves: contour lines of a map, every vertex polished, islands included."""
 
-import time
 import warnings
 from dataclasses import replace
 from functools import partial
@@ -11,6 +10,7 @@ import numpy as np
 
 from lobex import _checks
 from lobex._float64 import at_once, widened
+from lobex._timing import timed
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids.choice import operator_of, tolerance_of
 from lobex.grids.evaluation import dominant_at_points
@@ -84,25 +84,27 @@ def boundary(
         SweepWarning: when vertices were dropped or have too large an estimated error, when a cell spans more than a
             quarter of a lobe, and as ``sweep``.
     """
-    begun = time.perf_counter()
-    if isinstance(source, Chart):
-        for name, value in (("speed", speed), ("gain", gain), ("method", method)):
-            if value is not None:
-                raise ValueError(f"{name} = {_checks.brief(value)} beside a chart, which has its own; leave it out")
-        chart, process, chosen = source, rebuild(source.process), _of_fixed_size(rebuild(source.method))
-    else:
-        if speed is None or gain is None:
-            raise ValueError("source is a process: give the speeds and gains of the map to trace from, too")
-        check_process(source)
-        _checks.untraced("boundary", source=source, speed=speed, gain=gain)
-        process, chosen = source, _of_fixed_size(method) if method is not None else DEFAULT_METHOD
-        chart = sweep(process, speed, gain, chosen if method is None else method, progress=progress)
-    if min(chart.spectral_radius.shape) < 2:
-        raise ValueError(f"a chart of shape {chart.spectral_radius.shape} has no contours; take two or more of each")
-    with at_once():
-        process = widened(process)
-        waves, fastest, where = waves_per_cell(process, chart.speed, float(np.abs(chart.gain).max()))
-        curves, residual, dropped, unresolved, coarse = _trace(process, chosen, chart)
+    with timed() as spent:
+        if isinstance(source, Chart):
+            for name, value in (("speed", speed), ("gain", gain), ("method", method)):
+                if value is not None:
+                    raise ValueError(f"{name} = {_checks.brief(value)} beside a chart, which has its own; leave it out")
+            chart, process, chosen = source, rebuild(source.process), _of_fixed_size(rebuild(source.method))
+        else:
+            if speed is None or gain is None:
+                raise ValueError("source is a process: give the speeds and gains of the map to trace from, too")
+            check_process(source)
+            _checks.untraced("boundary", source=source, speed=speed, gain=gain)
+            process, chosen = source, _of_fixed_size(method) if method is not None else DEFAULT_METHOD
+            chart = sweep(process, speed, gain, chosen if method is None else method, progress=progress)
+        if min(chart.spectral_radius.shape) < 2:
+            raise ValueError(
+                f"a chart of shape {chart.spectral_radius.shape} has no contours; take two or more of each"
+            )
+        with at_once():
+            process = widened(process)
+            waves, fastest, where = waves_per_cell(process, chart.speed, float(np.abs(chart.gain).max()))
+            curves, residual, dropped, unresolved, coarse = _trace(process, chosen, chart)
     if waves > MOST_WAVES:
         warnings.warn(
             f"near speed = {where:.6g} Hz a cell spans {waves:.2g} of a lobe of the mode at {fastest:.6g} Hz, "
@@ -136,7 +138,8 @@ def boundary(
         speed_unit=chart.speed_unit,
         process=chart.process,
         method=chart.method,
-        seconds=time.perf_counter() - begun,
+        seconds=spent.seconds,
+        compiling=spent.compiling,
     )
 
 

@@ -1,6 +1,5 @@
 """The critical gain of any process: every change of stability is found, polished, and labelled."""
 
-import time
 import warnings
 from typing import Any
 
@@ -9,6 +8,7 @@ import numpy as np
 from lobex import _checks
 from lobex._float64 import at_once, widened
 from lobex._memory import check_memory
+from lobex._timing import Stopwatch, timed
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids.choice import check_sweep_method, chosen_method, operator_of, tolerance_of
 from lobex.grids.resolution import oddities
@@ -66,7 +66,6 @@ def critical_gain(
         warn_of_implausible(process, speed, bounds[0])
     if _checks.is_traced((process, speed)):
         return traced_critical_gain(process, speed, gains, method)
-    begun = time.perf_counter()
     speeds = np.atleast_1d(np.asarray(speed, dtype=np.float64))
     slowest = float(speeds.min())
     check_memory(
@@ -74,7 +73,7 @@ def critical_gain(
         _BYTES * len(speeds) * scan,
         "give fewer of them",
     )
-    with at_once():
+    with timed() as spent, at_once():
         process = widened(process)
         if method is None:
             method = chosen_method(process, slowest)
@@ -84,7 +83,7 @@ def critical_gain(
         _leave_undefined(process, speeds, parts)
     if doubts:
         warnings.warn(doubts, SweepWarning, stacklevel=3)
-    return _limit(process, speeds, gains, method, time.perf_counter() - begun, **parts)
+    return _limit(process, speeds, gains, method, spent, **parts)
 
 
 def _limit(
@@ -92,7 +91,7 @@ def _limit(
     speeds: Array,
     gains: np.ndarray,
     method: Method | CharacteristicRoots,
-    seconds: float,
+    spent: Stopwatch,
     **parts: Array,
 ) -> Limit:
     return Limit(
@@ -102,7 +101,8 @@ def _limit(
         speed_unit=process.speed_unit,
         process=describe(process),
         method=describe(method),
-        seconds=seconds,
+        seconds=spent.seconds,
+        compiling=spent.compiling,
         **parts,
     )
 

@@ -1,6 +1,5 @@
 """The exact stability limit of a process as a ``Limit``, and its lobes as curves."""
 
-import time
 from typing import Any
 
 import jax
@@ -10,6 +9,7 @@ import numpy as np
 from lobex import _checks
 from lobex._float64 import in_float64
 from lobex._pytree import pytree
+from lobex._timing import timed
 from lobex.limits.exact import ExactMinimum, Source, exact_branches, exact_critical, exact_minimum
 from lobex.limits.hayes import hayes_interval
 from lobex.limits.receptance import ModalCurve, Receptance
@@ -75,12 +75,13 @@ def exact_limit(process: Process, speed: Any) -> Limit:
     check_process(process)
     check_speed(process, speed)
     warn_of_implausible(process, speed)
-    begun = time.perf_counter()
     lib: Any = jnp if _checks.is_traced((process, speed)) else np
     speed = jnp.atleast_1d(jnp.asarray(speed)) if _checks.is_traced(speed) else np.atleast_1d(np.asarray(speed, float))
     if np.ndim(speed) != 1 or np.size(speed) == 0:
         raise ValueError(f"speed has shape {np.shape(speed)}; give one speed or a list of them")
-    gain, frequency, kind, tie, low = _hayes(process, speed) if isinstance(process, Scalar) else _lobes(process, speed)
+    with timed() as spent:
+        limits = _hayes(process, speed) if isinstance(process, Scalar) else _lobes(process, speed)
+    gain, frequency, kind, tie, low = limits
     modes = getattr(process, "modes", None)
     neutral = lib.zeros(speed.shape, bool) if not isinstance(modes, Modes) else undefined(modes, speed)
     gain, frequency = (lib.where(neutral, lib.nan, part) for part in (gain, frequency))
@@ -101,7 +102,8 @@ def exact_limit(process: Process, speed: Any) -> Limit:
         speed_unit=process.speed_unit,
         process={"type": type(process).__name__} if lib is jnp else describe(process),
         method={"type": "DSubdivision"},
-        seconds=time.perf_counter() - begun,
+        seconds=spent.seconds,
+        compiling=spent.compiling,
     )
 
 

@@ -60,6 +60,7 @@ def traced_critical_gain(
         process={"type": type(process).__name__},
         method=describe(method),
         seconds=float("nan"),
+        compiling=float("nan"),
     )
 
 

@@ -1,6 +1,5 @@
 """The march of a delayed process in time: the proof, by integration, of what a multiplier says."""
 
-import time
 from functools import partial
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from lobex import _checks
 from lobex._float64 import at_once, widened
+from lobex._timing import timed
 from lobex.marches.growth_fit import MOST_PERIODS, fit_growth
 from lobex.marches.lanes import check_length, check_steps, lanes_of, warn_of_lost_lanes
 from lobex.marches.linear import Motion, march_system
@@ -83,8 +83,7 @@ def march_delay(
         raise ValueError(f"every = {every} does not divide steps_per_period = {steps}; give a divisor")
     _checks.untraced("a march", process=process, speed=speed, gain=gain)
     speeds, gains = lanes_of(process, speed, gain)
-    begun = time.perf_counter()
-    with at_once():
+    with timed() as spent, at_once():
         process = widened(process)
         system = jax.tree.map(np.asarray, _systems(process, speeds.ravel(), gains.ravel()))
         outputs = np.shape(system.inputs)[-1]
@@ -115,7 +114,8 @@ def march_delay(
         quantity=quantity_of(process),
         speed_unit=process.speed_unit,
         process=describe(process),
-        seconds=time.perf_counter() - begun,
+        seconds=spent.seconds,
+        compiling=spent.compiling,
     )
 
 

@@ -1,6 +1,5 @@
 """Turning in time, with loss of contact and the surface that all earlier passes left."""
 
-import time
 from functools import partial
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from lobex import _checks
 from lobex._float64 import at_once, widened
+from lobex._timing import timed
 from lobex.contact.laws import ContactLaw, Plastic, check_law
 from lobex.marches.cutting import Pass, march_cut
 from lobex.marches.lanes import check_length, check_steps, lanes_of, warn_of_lost_lanes
@@ -86,8 +86,7 @@ def simulate_turning(
         raise ValueError(f"every = {every} does not divide steps_per_revolution = {steps}; give a divisor")
     tool = Turning(modes, 1.0)
     speeds, depths = lanes_of(tool, speed, depth, name="depth")
-    begun = time.perf_counter()
-    with at_once():
+    with timed() as spent, at_once():
         tool, law, feed = widened((tool, law, feed))
         system = jax.tree.map(np.asarray, _structures(tool, speeds.ravel()))
         slope = float(jax.grad(law.force)(jnp.asarray(feed)))
@@ -114,7 +113,8 @@ def simulate_turning(
         steps_per_revolution=steps,
         modes=describe(tool.modes),
         law=describe(law),
-        seconds=time.perf_counter() - begun,
+        seconds=spent.seconds,
+        compiling=spent.compiling,
     )
 
 

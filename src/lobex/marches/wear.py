@@ -2,7 +2,6 @@
 
 import os
 import threading
-import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
 from functools import partial
@@ -17,6 +16,7 @@ from lobex import _checks
 from lobex._devices import on_device
 from lobex._float64 import at_once, widened
 from lobex._memory import check_memory
+from lobex._timing import carried, timed
 from lobex._warnings import SweepWarning, warn
 from lobex.contact.casing import Casing, check_casing
 from lobex.contact.laws import ContactLaw, check_law
@@ -72,13 +72,13 @@ def march_wear(
         "give fewer, or a store that takes the speeds in parts: store=, in the shell --store DIR",
     )
     history = _checked_speeds(modes, casing, law, speed, revolutions, plausible)
-    begun = time.perf_counter()
-    with at_once():
-        modes, law, casing = widened((modes, law, casing))
-        profile = np.asarray(casing.profile(steps))
-        _check_steps(modes, casing, law, profile, float(history.min()), steps)
     factor = factor_for(steps, samples)
-    parts = _march(modes, law, profile, history, factor, progress)
+    with timed() as spent:
+        with at_once():
+            modes, law, casing = widened((modes, law, casing))
+            profile = np.asarray(casing.profile(steps))
+            _check_steps(modes, casing, law, profile, float(history.min()), steps)
+        parts = _march(modes, law, profile, history, factor, progress)
     failed = _failed(parts, float(casing.radius))
     if failed.any():
         named = ", ".join(f"{s:.6g}" for s in history[failed, 0][:_NAMED])
@@ -104,7 +104,8 @@ def march_wear(
         radius=float(casing.radius),
         axial_width=float(casing.axial_width),
         model={"modes": describe(modes), "casing": describe(casing), "law": describe(law)},
-        seconds=time.perf_counter() - begun,
+        seconds=spent.seconds,
+        compiling=spent.compiling,
         failed=int(failed.sum()),
         **parts,
     )
@@ -166,7 +167,7 @@ def _march(
     with tqdm(total=total, unit="rev", disable=not progress, leave=False) as bar:
         work = partial(_march_block, modes, law, profile, history, factor, matrix, parts, bar.update)
         with ThreadPoolExecutor(max_workers=_workers()) as pool:
-            list(pool.map(work, range(len(blocks)), blocks))
+            list(pool.map(carried(work), range(len(blocks)), blocks))
     return parts
 
 

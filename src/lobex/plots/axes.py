@@ -1,7 +1,41 @@
-"""Axes that all pictures share: units and labels."""
+"""What all pictures share: whose axes they draw into, units, labels and legends."""
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from lobex import _checks
 from lobex.processes.quantity import SPEED_UNITS, Quantity
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+def one_of(ax: "Axes | None", width: float, height: float, **settings: Any) -> "Axes":
+    """The axes given, or those of a new figure of so many inches.
+
+    Raises:
+        ValueError: for anything but axes.
+    """
+    import matplotlib.pyplot as plt
+
+    if ax is None:
+        return plt.subplots(figsize=(width, height), layout="constrained", **settings)[1]
+    return _checked("ax", ax)
+
+
+def several_of(axes: Any, names: tuple[str, ...], make: "Callable[[], Any]") -> "list[Axes]":
+    """The axes given, one for each of ``names``, or those that ``make`` makes.
+
+    Raises:
+        ValueError: for anything but so many axes.
+    """
+    given = make() if axes is None else axes
+    listed = list(np.ravel(given)) if isinstance(given, np.ndarray | list | tuple) else [given]
+    if len(listed) != len(names):
+        raise ValueError(f"axes has {len(listed)}, and the picture takes {len(names)}: {', '.join(names)}")
+    return [_checked("axes", ax) for ax in listed]
 
 
 def speed_axis(unit: str) -> tuple[float, str]:
@@ -21,3 +55,19 @@ def gain_label(quantity: Quantity) -> str:
     head, _, tail = quantity.symbol.partition("_")
     unit = "" if quantity.display_unit == "1" else f" ({quantity.display_unit})"
     return f"{quantity.name} ${head}{f'_{{{tail}}}' if tail else ''}${unit}"
+
+
+def legend_above(ax: "Axes", columns: int = 3, **settings: Any) -> None:
+    """A legend of all that has a label, also of what was drawn before, above the axes."""
+    handles, labels = ax.get_legend_handles_labels()
+    once = dict(zip(labels, handles, strict=True))
+    place: dict[str, Any] = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.0), "frameon": False}
+    ax.legend(once.values(), once.keys(), ncols=columns, fontsize="small", **place, **settings)
+
+
+def _checked(name: str, ax: Any) -> "Axes":
+    from matplotlib.axes import Axes
+
+    if not isinstance(ax, Axes):
+        raise ValueError(f"{name} = {_checks.brief(ax)} is no matplotlib axes; give such as plt.subplots() makes")
+    return ax

@@ -2,12 +2,10 @@
 
 from typing import TYPE_CHECKING
 
-import matplotlib.pyplot as plt
 import numpy as np
-from matplotlib.lines import Line2D
 from matplotlib.patheffects import TickedStroke
 
-from lobex.plots.axes import gain_label, speed_axis
+from lobex.plots.axes import gain_label, legend_above, one_of, speed_axis
 from lobex.plots.limit import COLOUR, NAME
 from lobex.results.limit import Kind
 
@@ -23,8 +21,7 @@ def plot_boundary(boundary: "Boundary", ax: "Axes | None", speed_unit: str | Non
     """Draw the curves in pieces of one kind, into a new picture or over a chart."""
     scale, label = speed_axis(boundary.speed_unit if speed_unit is None else speed_unit)
     fresh = ax is None
-    if ax is None:
-        _, ax = plt.subplots(figsize=(7.0, 4.4), layout="constrained")
+    ax = one_of(ax, 7.0, 4.4)
     kinds = set()
     for curve in boundary:
         speed, gain = curve.speed * scale, curve.gain / boundary.quantity.scale
@@ -37,18 +34,13 @@ def plot_boundary(boundary: "Boundary", ax: "Axes | None", speed_unit: str | Non
             kinds.add(kind)
             part = np.s_[start : stop + 1]
             ax.plot(speed[part], gain[part], color=COLOUR[kind], linestyle=_DASH[kind], linewidth=1.4)
-    handles = [Line2D([], [], color=COLOUR[k], linestyle=_DASH[k], linewidth=1.4, label=NAME[k]) for k in sorted(kinds)]
+    for kind in sorted(kinds):
+        ax.plot([], [], color=COLOUR[kind], linestyle=_DASH[kind], linewidth=1.4, label=NAME[kind])
     if fresh:
         low, high, least, most = boundary.bounds
         ax.set_xlim(low * scale, high * scale)
         ax.set_ylim(least / boundary.quantity.scale, most / boundary.quantity.scale)
-        ax.set_xlabel(label)
-        ax.set_ylabel(gain_label(boundary.quantity))
-    title = "stability boundary max|μ| = 1, ticks on the unstable side"
-    legend = ax.legend(
-        handles=handles, title=title, ncols=3, frameon=not fresh, fontsize="small", title_fontsize="small"
-    )
-    if fresh:
-        legend.set_loc("lower center")
-        legend.set_bbox_to_anchor((0.5, 1.0), transform=ax.transAxes)
+    ax.set_xlabel(ax.get_xlabel() or label)
+    ax.set_ylabel(ax.get_ylabel() or gain_label(boundary.quantity))
+    legend_above(ax, title="stability boundary max|μ| = 1, ticks on the unstable side", title_fontsize="small")
     return ax

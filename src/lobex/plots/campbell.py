@@ -2,10 +2,10 @@
 
 from typing import TYPE_CHECKING
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 from lobex import _checks
+from lobex.plots.axes import one_of
 from lobex.results.spectrum_map import critical_speeds_of
 from lobex.structures.modes import Modes, check_modes
 
@@ -52,8 +52,7 @@ def campbell(
     for name, value in (("highest_speed", fastest), ("highest", top)):
         _checks.positive(name, value, "Hz")
         _checks.scalar(name, value)
-    if ax is None:
-        _, ax = plt.subplots(figsize=(7.0, 4.8), layout="constrained")
+    ax = one_of(ax, 7.0, 4.8)
     ax.set_xlim(0, float(fastest))
     ax.set_ylim(0, float(top))
     draw_engine_orders(ax, 6 * nodal_diameters, nodal_diameters)

@@ -2,10 +2,10 @@
 
 from typing import TYPE_CHECKING, Any, cast
 
-import matplotlib.pyplot as plt
 import numpy as np
 
 from lobex import _checks
+from lobex.plots.axes import one_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -50,8 +50,7 @@ def plot_worn_casing(march: "WearMap", lane: int, ax: "Axes | None", magnificati
 
 
 def _polar(ax: "Axes | None") -> "PolarAxes":
-    if ax is None:
-        _, ax = plt.subplots(figsize=(5.2, 5.8), layout="constrained", subplot_kw={"projection": "polar"})
+    ax = one_of(ax, 5.2, 5.8, subplot_kw={"projection": "polar"})
     if not hasattr(ax, "set_theta_zero_location"):
         raise ValueError("ax is not polar; make it with subplot_kw={'projection': 'polar'}")
     return cast(Any, ax)

@@ -6,6 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from lobex import _checks
+from lobex.plots.axes import one_of
 from lobex.plots.march import check_lanes, finish, lane_names, prefix_of, reach
 from lobex.processes.quantity import DEPTH_OF_CUT
 
@@ -23,8 +24,7 @@ def plot_cut(cut: "Cut", ax: "Axes | None", what: str) -> "Axes":
     """Draw one history of every lane."""
     _checks.choice("what", what, tuple(_UNITS))
     check_lanes(cut.speed.size)
-    if ax is None:
-        _, ax = plt.subplots(figsize=(7.0, 3.6), layout="constrained")
+    ax = one_of(ax, 7.0, 3.6)
     lanes = getattr(cut, what).reshape(cut.speed.size, -1)
     scale, prefix = prefix_of(lanes)
     names = lane_names(cut.speed, cut.depth / DEPTH_OF_CUT.scale, DEPTH_OF_CUT, "rpm")

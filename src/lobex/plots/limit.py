@@ -1,12 +1,12 @@
 """The stability limit as a picture: critical gain above, chatter frequency below, on one speed axis."""
 
 import itertools
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
 import matplotlib.pyplot as plt
 import numpy as np
 
-from lobex.plots.axes import frequency_label, gain_label, speed_axis
+from lobex.plots.axes import frequency_label, gain_label, legend_above, one_of, several_of, speed_axis
 from lobex.results.limit import Kind
 
 if TYPE_CHECKING:
@@ -22,37 +22,35 @@ _MARKER = {Kind.HOPF: "o", Kind.FLIP: "s", Kind.FOLD: "^"}
 _STABLE = "#d6e6f2"
 _BAND = "#e0a458"
 
+Band = tuple[np.ndarray, np.ndarray, str]
+
 
 def plot_limit(
-    limit: "Limit", speed_unit: str | None, band: tuple[np.ndarray, np.ndarray, str] | None = None
-) -> "Figure":
-    """Draw the limit, its stable intervals, its kinds and lobes, and the chatter frequencies.
+    limit: "Limit", ax: "Axes | None", axes: Any, speed_unit: str | None, label: str | None, band: Band | None = None
+) -> "Figure | Axes":
+    """Draw into axes of its own, or over others.
 
     ``band`` is a lower and an upper gain per speed to shade between, and its name in the legend.
     """
+    if ax is not None and axes is not None:
+        raise ValueError("ax and axes are both given; give ax for the limit alone, or axes for limit and frequency")
+    if ax is None and label is not None:
+        raise ValueError(f"label = {label!r} names one of several limits; give ax, the axes that they share")
+    return _panels_of(limit, axes, speed_unit, band) if ax is None else _over(limit, ax, speed_unit, label, band)
+
+
+def _panels_of(limit: "Limit", axes: Any, speed_unit: str | None, band: Band | None) -> "Figure":
+    """Draw the limit, its stable intervals, its kinds and lobes, above the chatter frequencies."""
     scale, label = speed_axis(limit.speed_unit if speed_unit is None else speed_unit)
+    upper, lower = several_of(axes, ("gain", "chatter frequency"), _panels)
+    speed, gain = _draw_gain(upper, limit, scale, band)
     order = np.argsort(limit.speed)
-    speed, gain = limit.speed[order] * scale, limit.gain[order] / limit.quantity.scale
-    figure, (upper, lower) = plt.subplots(
-        2, 1, figsize=(7.0, 5.6), sharex=True, layout="constrained", height_ratios=(2.2, 1)
-    )
-    _shade(upper, speed, limit.intervals[order] / limit.quantity.scale)
-    if band is not None:
-        low, high = (edge[order] / limit.quantity.scale for edge in band[:2])
-        upper.fill_between(speed, low, high, color=_BAND, alpha=0.75, linewidth=0, label=band[2])
-    kinds = np.asarray(limit.kind_code)[order]
-    joined = _broken(limit.lobe[order], kinds)
-    upper.plot(speed, gain, color="0.25", linewidth=0.8)
-    for kind, name in NAME.items():
+    kinds, frequency = np.asarray(limit.kind_code)[order], limit.chatter_frequency[order]
+    for kind in NAME:
         here = kinds == kind
-        if here.any():
-            size = 3.0 if here.sum() < 120 else 1.6
-            style = {"color": COLOUR[kind], "marker": _MARKER[kind], "markersize": size, "linestyle": "none"}
-            upper.plot(speed[here], gain[here], label=name, **style)
-            lower.plot(speed[here], limit.chatter_frequency[order][here], **style)
-    for start, stop in joined:
-        part = np.s_[start:stop]
-        lower.plot(speed[part], limit.chatter_frequency[order][part], color="0.25", linewidth=0.6)
+        lower.plot(speed[here], frequency[here], **_style(kind, here))
+    for start, stop in _broken(limit.lobe[order], kinds):
+        lower.plot(speed[start:stop], frequency[start:stop], color="0.25", linewidth=0.6)
     _number_lobes(upper, speed, gain, limit.lobe[order])
     top = limit.bounds[1] / limit.quantity.scale
     if np.isfinite(gain).any():
@@ -60,13 +58,66 @@ def plot_limit(
         top = np.nanmax(gain) if band is None else min(np.nanmax(band[1]) / limit.quantity.scale, 1.5 * np.nanmax(gain))
     upper.set_ylim(limit.bounds[0] / limit.quantity.scale, min(limit.bounds[1] / limit.quantity.scale, 1.08 * top))
     if len(speed) > 1:
-        upper.set_xlim(speed[0], speed[-1])
+        for ax in (upper, lower):
+            ax.set_xlim(speed[0], speed[-1])
     upper.set_ylabel(gain_label(limit.quantity))
     lower.set_ylabel(frequency_label(limit.speed_unit))
     lower.set_xlabel(label)
-    if upper.get_legend_handles_labels()[0]:
-        upper.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=4, frameon=False, fontsize="small")
-    return figure
+    legend_above(upper, columns=4)
+    return cast("Figure", upper.figure)
+
+
+def _over(limit: "Limit", ax: "Axes", speed_unit: str | None, label: str | None, band: Band | None) -> "Axes":
+    """Draw the limit alone, over what is in the axes already, whose ends are left as they are.
+
+    With a ``label``, as one of several: a line in a colour of its own, its kinds told by markers alone.
+    """
+    scale, name = speed_axis(limit.speed_unit if speed_unit is None else speed_unit)
+    ax = one_of(ax, 7.0, 4.4)
+    if label is None:
+        _draw_gain(ax, limit, scale, band, shaded=not ax.has_data())
+    else:
+        order = np.argsort(limit.speed)
+        speed, gain = limit.speed[order] * scale, limit.gain[order] / limit.quantity.scale
+        (line,) = ax.plot(speed, gain, linewidth=1.4, label=label)
+        if band is not None:
+            low, high = (edge[order] / limit.quantity.scale for edge in band[:2])
+            ax.fill_between(speed, low, high, color=line.get_color(), alpha=0.2, linewidth=0)
+        for kind in NAME:
+            here = np.asarray(limit.kind_code)[order] == kind
+            ax.plot(speed[here], gain[here], **{**_style(kind, here), "color": line.get_color()})
+    ax.set_xlabel(ax.get_xlabel() or name)
+    ax.set_ylabel(ax.get_ylabel() or gain_label(limit.quantity))
+    legend_above(ax)
+    return ax
+
+
+def _panels() -> Any:
+    return plt.subplots(2, 1, figsize=(7.0, 5.6), sharex=True, layout="constrained", height_ratios=(2.2, 1))[1]
+
+
+def _draw_gain(
+    ax: "Axes", limit: "Limit", scale: float, band: Band | None, shaded: bool = True
+) -> tuple[np.ndarray, np.ndarray]:
+    """The limit by kinds over its stable intervals; returns speed and gain as drawn."""
+    order = np.argsort(limit.speed)
+    speed, gain = limit.speed[order] * scale, limit.gain[order] / limit.quantity.scale
+    if shaded:
+        _shade(ax, speed, limit.intervals[order] / limit.quantity.scale)
+    if band is not None:
+        low, high = (edge[order] / limit.quantity.scale for edge in band[:2])
+        ax.fill_between(speed, low, high, color=_BAND, alpha=0.75, linewidth=0, label=band[2])
+    ax.plot(speed, gain, color="0.25", linewidth=0.8)
+    for kind, name in NAME.items():
+        here = np.asarray(limit.kind_code)[order] == kind
+        if here.any():
+            ax.plot(speed[here], gain[here], label=name, **_style(kind, here))
+    return speed, gain
+
+
+def _style(kind: Kind, here: np.ndarray) -> dict[str, Any]:
+    size = 3.0 if here.sum() < 120 else 1.6
+    return {"color": COLOUR[kind], "marker": _MARKER[kind], "markersize": size, "linestyle": "none"}
 
 
 def _shade(axes: "Axes", speed: np.ndarray, intervals: np.ndarray) -> None:

@@ -2,10 +2,10 @@
 
 from typing import TYPE_CHECKING
 
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
+from lobex.plots.axes import one_of
 from lobex.processes.quantity import Quantity
 
 if TYPE_CHECKING:
@@ -24,8 +24,7 @@ _PREFIXES = ((1.0, ""), (1e-3, "m"), (1e-6, "µ"), (1e-9, "n"), (1e-12, "p"))
 def plot_march(march: "March", ax: "Axes | None") -> "Axes":
     """Draw every lane, blue where it dies out and orange where it grows; two outputs solid and dashed."""
     check_lanes(march.speed.size)
-    if ax is None:
-        _, ax = plt.subplots(figsize=(7.0, 3.6), layout="constrained")
+    ax = one_of(ax, 7.0, 3.6)
     lanes = march.displacement.reshape(march.speed.size, len(march.phase), -1)
     scale, prefix = prefix_of(lanes) if "modes" in march.process else (1.0, "")
     names = lane_names(march.speed, march.gain / march.quantity.scale, march.quantity, march.speed_unit)

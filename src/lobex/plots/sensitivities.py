@@ -2,10 +2,9 @@
 
 from typing import TYPE_CHECKING
 
-import matplotlib.pyplot as plt
 import numpy as np
 
-from lobex.plots.axes import speed_axis
+from lobex.plots.axes import one_of, speed_axis
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,8 +29,7 @@ def plot_sensitivities(table: "Sensitivities", ax: "Axes | None", speed_unit: st
     symbol = table.limit.quantity.symbol
     head, _, tail = symbol.partition("_")
     ratio = f"d ln ${head}{f'_{{{tail}}}' if tail else ''}$ / d ln $p$"
-    if ax is None:
-        _, ax = plt.subplots(figsize=(7.0, 4.4), layout="constrained")
+    ax = one_of(ax, 7.0, 4.4)
     ax.set_axisbelow(True)
     if len(table.limit.speed) == 1:
         chosen = table.largest(_MOST_BARS)[::-1]

@@ -2,11 +2,11 @@
 
 from typing import TYPE_CHECKING
 
-import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.colors import LogNorm
 
 from lobex import _checks
+from lobex.plots.axes import one_of
 from lobex.plots.campbell import draw_engine_orders, draw_natural_frequencies
 from lobex.plots.pooling import on_common_frequencies, speed_order
 from lobex.plots.wear import COLOURS, mark_critical_speeds
@@ -26,8 +26,7 @@ def plot_spectrum(spectrum: "SpectrumMap", ax: "Axes | None", highest: float | N
     speed = spectrum.speed[order]
     top = _highest(spectrum, highest)
     count = _checks.integer("orders", 12 if orders is None else orders, 0)
-    if ax is None:
-        _, ax = plt.subplots(figsize=(7.0, 5.4), layout="constrained")
+    ax = one_of(ax, 7.0, 5.4)
     edges = np.linspace(0, top, _ROWS + 1)
     rows = on_common_frequencies(spectrum.amplitude[order] * 1e6, spectrum.frequency[order], edges)
     # The mean is no vibration.

@@ -1,6 +1,6 @@
 """Wear maps as pictures: depth over speed and casing position, and histories of ramps."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, cast
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -8,6 +8,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.ticker import MaxNLocator
 
 from lobex import _checks
+from lobex.plots.axes import one_of, several_of
 from lobex.plots.pooling import pooled, speed_order
 from lobex.results.spectrum_map import critical_speeds_of
 
@@ -28,8 +29,7 @@ def plot_wear(march: "WearMap", ax: "Axes | None", speed_along: str) -> "Axes":
     _checks.choice("speed_along", speed_along, ("x", "y"))
     order = speed_order("march", march.speed, ", or see plot_history() and plot_casing()")
     speed = march.speed[order]
-    if ax is None:
-        _, ax = plt.subplots(figsize=(7.0, 4.4), layout="constrained")
+    ax = one_of(ax, 7.0, 4.4)
     depth, angle = pooled(march.depth[order] * 1e6, np.degrees(march.angle), _POSITIONS)
     upright = speed_along == "x"
     grid = (speed, angle, depth.T) if upright else (angle, speed, depth)
@@ -81,9 +81,9 @@ def mark_critical_speeds(
         )
 
 
-def plot_history(march: "WearMap") -> "Figure":
+def plot_history(march: "WearMap", axes: Any) -> "Figure":
     """Draw amplitude and wear of every revolution: over the speed where it changes, else over the revolutions."""
-    figure, (upper, lower) = plt.subplots(2, 1, figsize=(7.0, 5.2), sharex=True, layout="constrained")
+    upper, lower = several_of(axes, ("amplitude", "wear"), _panels)
     lanes = min(len(march.speed), _MOST_LANES)
     shown = np.unique(np.linspace(0, len(march.speed) - 1, lanes).astype(int))
     for number, lane in enumerate(shown):
@@ -108,18 +108,22 @@ def plot_history(march: "WearMap") -> "Figure":
     lower.set_xlabel("rotational frequency (Hz)" if not march.steady else "revolution")
     if not march.steady:
         span = (float(march.speed_history.min()), float(march.speed_history.max()))
-        for axes in (upper, lower):
-            mark_critical_speeds(axes, march.natural_frequency, march.nodal_diameters, span)
+        for ax in (upper, lower):
+            mark_critical_speeds(ax, march.natural_frequency, march.nodal_diameters, span)
     upper.set_ylim(bottom=0)
     lower.set_ylim(bottom=0)
-    figure.legend(
-        *upper.get_legend_handles_labels(),
-        loc="outside upper center",
-        ncols=min(len(shown), 3),
-        frameon=False,
-        fontsize="small",
-    )
+    figure = cast("Figure", upper.figure)
+    if axes is None:
+        # Names of critical speeds stand above the axes.
+        place = {"loc": "outside upper center", "ncols": min(len(shown), 3), "frameon": False}
+        figure.legend(*upper.get_legend_handles_labels(), fontsize="small", **place)
+    else:
+        upper.legend(fontsize="small")
     return figure
+
+
+def _panels() -> Any:
+    return plt.subplots(2, 1, figsize=(7.0, 5.2), sharex=True, layout="constrained")[1]
 
 
 # Told apart in grey by line and marker.

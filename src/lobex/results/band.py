@@ -1,7 +1,8 @@
 """A stability limit with its uncertainty."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from lobex import _checks
 from lobex.results.limit import Limit
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 
@@ -63,8 +65,33 @@ class Band:
             lines.append(f"  {self.names[i]:<28} {self.deviation[i]:.3g}, {part:.0f} % of the variance")
         return "\n".join(lines)
 
-    def plot(self, deviations: float = 2.0, speed_unit: str | None = None) -> "Figure":
-        """The limit's picture with the band of ``deviations`` standard deviations on either side shaded."""
+    @overload
+    def plot(
+        self, ax: "Axes", speed_unit: str | None = None, *, deviations: float = 2.0, label: str | None = None
+    ) -> "Axes": ...
+    @overload
+    def plot(
+        self,
+        ax: None = None,
+        speed_unit: str | None = None,
+        *,
+        deviations: float = 2.0,
+        axes: "Sequence[Axes] | None" = None,
+    ) -> "Figure": ...
+    def plot(
+        self,
+        ax: "Axes | None" = None,
+        speed_unit: str | None = None,
+        *,
+        deviations: float = 2.0,
+        axes: "Sequence[Axes] | None" = None,
+        label: str | None = None,
+    ) -> "Figure | Axes":
+        """The limit's picture with the band of ``deviations`` standard deviations on either side shaded.
+
+        ``ax``, ``axes``, ``speed_unit`` and ``label`` as ``Limit.plot`` takes them.
+        """
         from lobex.plots.limit import plot_limit
 
-        return plot_limit(self.limit, speed_unit, (*self.interval(deviations), f"± {deviations:g} standard deviations"))
+        band = (*self.interval(deviations), f"± {deviations:g} standard deviations")
+        return plot_limit(self.limit, ax, axes, speed_unit, label, band)

@@ -9,14 +9,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lobex.processes.quantity import Quantity, hertz
-from lobex.results.description import in_words
+from lobex.results.description import in_words, wall_time
 from lobex.results.limit import Kind
+from lobex.results.stored import Stored
 
 if TYPE_CHECKING:
     import xarray
     from matplotlib.axes import Axes
 
-FORM = "lobex boundary 1"
+FORM = "lobex boundary 2"
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +67,7 @@ class Boundary:
         speed_unit: "Hz", "rpm", or "1" of a process without units, for axes.
         process, method: the model and the method, as plain dictionaries.
         seconds: wall time, compiling and the map included.
+        compiling: the part of it in which JAX traced and compiled programs; 0 where they were there already.
     """
 
     curves: tuple[BoundaryCurve, ...]
@@ -80,6 +82,7 @@ class Boundary:
     process: dict[str, Any]
     method: dict[str, Any]
     seconds: float
+    compiling: float
 
     def __iter__(self) -> Iterator[BoundaryCurve]:
         return iter(self.curves)
@@ -100,7 +103,7 @@ class Boundary:
             f"  resolution       {self.waves_per_cell:.3g} waves per cell of the mode at "
             f"{self.fastest_frequency:.6g}{hertz(self.speed_unit)}",
             f"  method           {in_words(self.method)}",
-            f"  wall time        {self.seconds:.2f} s",
+            f"  wall time        {wall_time(self, sum(len(c.speed) for c in self), 'vertex')}",
         ]
         return "\n".join(lines)
 
@@ -154,36 +157,46 @@ class Boundary:
                 "process": json.dumps(self.process, ensure_ascii=False),
                 "method": json.dumps(self.method, ensure_ascii=False),
                 "seconds": self.seconds,
+                "compiling": self.compiling,
             },
         )
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the curves to a NetCDF-4 file, which ``lobex.load`` reads back; all at once or not at all."""
-        from lobex.results.netcdf import save_dataset
+        """Write the curves to a file, all at once or not at all; its ending says which: .nc (NetCDF-4), which
+        ``lobex.load`` reads back, .mat (MATLAB) or .csv (one row per vertex).
+
+        Raises:
+            ValueError: for any other ending, and a place that cannot be written.
+        """
+        from lobex.results.saving import save_dataset
 
         save_dataset(self.to_xarray(), path)
 
 
-def boundary_from(dataset: "xarray.Dataset") -> Boundary:
+def read_boundary(stored: Stored) -> Boundary:
     """The boundary that ``to_xarray`` made."""
-    attributes = dataset.attrs
-    arrays = {n: dataset[n].to_numpy() for n in ("speed", "gain", "chatter_frequency", "kind", "curve")}
+    speed, gain, frequency = (stored.array(name, "vertex") for name in ("speed", "gain", "chatter_frequency"))
+    kind = stored.flags("kind", Kind, "vertex")
+    number, closed = stored.array("curve", "vertex", kind="i"), stored.array("closed", "curve_number", kind="i")
+    if not np.array_equal(np.unique(number), np.arange(len(closed))):
+        stored.refuse(f"has variable 'curve' that does not number the {len(closed)} curves of 'closed'")
     curves = []
-    for i, closed in enumerate(dataset["closed"].to_numpy()):
-        speed, gain, frequency, kind = (arrays[n][arrays["curve"] == i] for n in list(arrays)[:4])
-        curves.append(BoundaryCurve(speed, gain, frequency, kind, bool(closed)))
-    slowest, fastest, low, high = np.asarray(attributes["bounds"], dtype=float).tolist()
+    for i, ends in enumerate(closed):
+        mine = number == i
+        curves.append(BoundaryCurve(speed[mine], gain[mine], frequency[mine], kind[mine], bool(ends)))
+    slowest, fastest, low, high = stored.numbers("bounds", 4)
     return Boundary(
         curves=tuple(curves),
-        residual=float(attributes["residual"]),
-        dropped=int(attributes["dropped"]),
-        unresolved=int(attributes["unresolved"]),
-        waves_per_cell=float(attributes["waves_per_cell"]),
-        fastest_frequency=float(attributes["fastest_frequency"]),
+        residual=stored.number("residual"),
+        dropped=stored.count("dropped"),
+        unresolved=stored.count("unresolved"),
+        waves_per_cell=stored.number("waves_per_cell"),
+        fastest_frequency=stored.number("fastest_frequency"),
         bounds=(slowest, fastest, low, high),
-        quantity=Quantity(**json.loads(attributes["quantity"])),
-        speed_unit=str(attributes["speed_unit"]),
-        process=json.loads(attributes["process"]),
-        method=json.loads(attributes["method"]),
-        seconds=float(attributes["seconds"]),
+        quantity=stored.quantity("quantity"),
+        speed_unit=stored.unit("speed_unit"),
+        process=stored.description("process"),
+        method=stored.description("method"),
+        seconds=stored.number("seconds"),
+        compiling=stored.number("compiling"),
     )

@@ -8,12 +8,14 @@ import numpy as np
 
 from lobex._warnings import warn
 from lobex.processes.quantity import Quantity
-from lobex.results.description import in_words
+from lobex.results.description import in_words, wall_time
 from lobex.results.units import shown_gain, shown_range, shown_speed
 
 if TYPE_CHECKING:
     import xarray
     from matplotlib.axes import Axes
+
+    from lobex.results.boundary import Boundary
 
 # Gains, at least, of the finer grid that is asked for.
 _FINER = 65
@@ -35,6 +37,7 @@ class Chart:
         speed_unit: "Hz", "rpm", or "1" of a process without units, for axes.
         process, method: the model and the method, as plain dictionaries.
         seconds: wall time of the sweep, compiling included.
+        compiling: the part of it in which JAX traced and compiled programs; 0 where they were there already.
         failed: number of points that are NaN.
         repeated: number of points left to the dense eigensolver, or by characteristic roots to an operator.
     """
@@ -50,11 +53,11 @@ class Chart:
     process: dict[str, Any]
     method: dict[str, Any]
     seconds: float
+    compiling: float
     failed: int
     repeated: int
 
     def __repr__(self) -> str:
-        per_point = self.seconds / self.spectral_radius.size
         radius = self.spectral_radius[np.isfinite(self.spectral_radius)]
         span = f"{radius.min():.6g} to {radius.max():.6g}" if radius.size else "none finite"
         lines = [
@@ -64,7 +67,7 @@ class Chart:
             f" ({self.quantity.name} {self.quantity.symbol})",
             f"  spectral radius  {span}",
             f"  method           {in_words(self.method)}",
-            f"  wall time        {self.seconds:.2f} s, {1e6 * per_point:.3g} µs a point",
+            f"  wall time        {wall_time(self, self.spectral_radius.size, 'point')}",
             *([f"  estimated error  at most {np.nanmax(self.error):.1e}"] if np.any(self.error > 0) else []),
             f"  settled again    {self.repeated} points",
             f"  failed           {self.failed} points",
@@ -103,14 +106,23 @@ class Chart:
             low, high = self.gain[np.maximum(first - 1, 0)], self.gain[first]
             return np.where(found, low + share * (high - low), np.nan)
 
-    def plot(self, ax: "Axes | None" = None, speed_unit: str | None = None) -> "Axes":
+    def plot(
+        self, ax: "Axes | None" = None, speed_unit: str | None = None, *, boundary: "Boundary | None" = None
+    ) -> "Axes":
         """A filled map of max|μ| with the stability limit drawn; returns the axes.
 
-        ``speed_unit`` is "Hz" or "rpm", by default what the process is usually drawn in.
+        The limit is drawn where it is, to about a pixel: in cells whose neighbours show that interpolation would put
+        it elsewhere, or would miss a piece, points between those of the chart are computed for the picture. With a
+        process of your own, which a chart cannot make again, the line is dotted there; hand in its traced boundary.
+
+        Args:
+            ax: axes to draw into; by default those of a new figure.
+            speed_unit: "Hz" or "rpm", by default what the process is usually drawn in.
+            boundary: ``lobex.boundary(chart)``, to draw its curves in place of the map's own line.
         """
         from lobex.plots.chart import plot_chart
 
-        return plot_chart(self, ax, speed_unit)
+        return plot_chart(self, ax, speed_unit, boundary)
 
     def to_xarray(self) -> "xarray.Dataset":
         """The chart as a labelled dataset, with units and the model in its attributes."""
@@ -119,7 +131,12 @@ class Chart:
         return chart_to_dataset(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the chart to a NetCDF-4 file, which ``lobex.load`` reads back; all at once or not at all."""
-        from lobex.results.netcdf import save_dataset
+        """Write the chart to a file, all at once or not at all; its ending says which: .nc (NetCDF-4), which
+        ``lobex.load`` reads back, .mat (MATLAB) or .csv (one row per point).
+
+        Raises:
+            ValueError: for any other ending, and a place that cannot be written.
+        """
+        from lobex.results.saving import save_dataset
 
         save_dataset(self.to_xarray(), path)

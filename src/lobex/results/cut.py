@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lobex.results.description import in_words
+from lobex.results.description import in_words, wall_time
 from lobex.results.march import span
 
 if TYPE_CHECKING:
@@ -31,6 +31,7 @@ class Cut:
         steps_per_revolution: steps per revolution.
         modes, law: the tool and the cutting law, as plain dictionaries.
         seconds: wall time, compiling included.
+        compiling: the part of it in which JAX traced and compiled programs; 0 where they were there already.
     """
 
     speed: np.ndarray
@@ -45,6 +46,7 @@ class Cut:
     modes: dict[str, Any]
     law: dict[str, Any]
     seconds: float
+    compiling: float
 
     @property
     def time(self) -> np.ndarray:
@@ -76,7 +78,7 @@ class Cut:
             f"  law              {in_words(self.law)} per depth",
             f"  last revolution  amplitude {span(self.amplitude)} m, out of the cut for {span(self.separation)} of it",
             f"  largest force    {span(np.nanmax(self.force, axis=-1, initial=0.0))} N",
-            f"  wall time        {self.seconds:.2f} s",
+            f"  wall time        {wall_time(self, self.speed.size, 'lane')}",
             f"  failed           {lost} lanes",
         ]
         return "\n".join(lines)
@@ -97,7 +99,12 @@ class Cut:
         return cut_to_dataset(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the cut to a NetCDF-4 file, which ``lobex.load`` reads back; all at once or not at all."""
-        from lobex.results.netcdf import save_dataset
+        """Write the cut to a file, all at once or not at all; its ending says which: .nc (NetCDF-4), which
+        ``lobex.load`` reads back, .mat (MATLAB) or .csv (one row per lane and sample).
+
+        Raises:
+            ValueError: for any other ending, and a place that cannot be written.
+        """
+        from lobex.results.saving import save_dataset
 
         save_dataset(self.to_xarray(), path)

@@ -1,19 +1,20 @@
 """The result of a search for the stability limit."""
 
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
 from lobex.processes.quantity import Quantity, hertz
-from lobex.results.description import in_words
+from lobex.results.description import in_words, wall_time
 from lobex.results.units import shown_gain, shown_range, shown_speed
 
 if TYPE_CHECKING:
     import xarray
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from lobex.results.band import Band
@@ -69,6 +70,7 @@ class Limit:
         speed_unit: "Hz", "rpm", or "1" of a process without units, for axes.
         process, method: the model and the method, as plain dictionaries.
         seconds: wall time, compiling included.
+        compiling: the part of it in which JAX traced and compiled programs; 0 where they were there already.
     """
 
     speed: Array
@@ -84,6 +86,7 @@ class Limit:
     process: dict[str, Any]
     method: dict[str, Any]
     seconds: float
+    compiling: float
 
     @property
     def kind(self) -> np.ndarray:
@@ -117,7 +120,7 @@ class Limit:
             f" ({self.quantity.name} {self.quantity.symbol})",
             f"  status           {', '.join(c for c in counts if not c.startswith('0 '))}",
             f"  method           {in_words(self.method)}",
-            f"  wall time        {self.seconds:.2f} s",
+            f"  wall time        {wall_time(self, len(self.speed), 'speed')}",
         ]
         gain = np.asarray(self.gain)
         if not np.isfinite(gain).any():
@@ -155,11 +158,37 @@ class Limit:
 
         return sensitivities_of(self).band(relative_standard_deviation)
 
-    def plot(self, speed_unit: str | None = None) -> "Figure":
-        """The limit with its stable region, kinds and lobe numbers, over the chatter frequencies."""
+    @overload
+    def plot(self, ax: "Axes", speed_unit: str | None = None, *, label: str | None = None) -> "Axes": ...
+    @overload
+    def plot(
+        self, ax: None = None, speed_unit: str | None = None, *, axes: "Sequence[Axes] | None" = None
+    ) -> "Figure": ...
+    def plot(
+        self,
+        ax: "Axes | None" = None,
+        speed_unit: str | None = None,
+        *,
+        axes: "Sequence[Axes] | None" = None,
+        label: str | None = None,
+    ) -> "Figure | Axes":
+        """The limit with its stable region, kinds and lobe numbers, over the chatter frequencies; returns the figure.
+
+        With ``ax`` the limit alone, drawn over what is there, a chart, measured cuts or other limits, whose ends are
+        left as they are; returns these axes.
+
+        Args:
+            ax: axes for the limit alone.
+            speed_unit: "Hz" or "rpm", by default what the process is usually drawn in.
+            axes: two axes to draw into, for the limit and for its chatter frequency.
+            label: with ``ax``, a name in the legend: the limit is then one of several, in a colour of its own.
+
+        Raises:
+            ValueError: for both of ``ax`` and ``axes``, and a ``label`` without ``ax``.
+        """
         from lobex.plots.limit import plot_limit
 
-        return plot_limit(self, speed_unit)
+        return plot_limit(self, ax, axes, speed_unit, label)
 
     def to_xarray(self) -> "xarray.Dataset":
         """The limit as a labelled dataset, with units and the model in its attributes."""
@@ -168,7 +197,12 @@ class Limit:
         return limit_to_dataset(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the limit to a NetCDF-4 file, which ``lobex.load`` reads back; all at once or not at all."""
-        from lobex.results.netcdf import save_dataset
+        """Write the limit to a file, all at once or not at all; its ending says which: .nc (NetCDF-4), which
+        ``lobex.load`` reads back, .mat (MATLAB) or .csv (one row per speed).
+
+        Raises:
+            ValueError: for any other ending, and a place that cannot be written.
+        """
+        from lobex.results.saving import save_dataset
 
         save_dataset(self.to_xarray(), path)

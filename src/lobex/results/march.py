@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lobex.processes.quantity import Quantity, hertz
+from lobex.results.description import wall_time
 
 if TYPE_CHECKING:
     import xarray
@@ -33,6 +34,7 @@ class March:
         speed_unit: "Hz", "rpm", or "1" of a process without units, for legends.
         process: the model, as a plain dictionary.
         seconds: wall time, compiling included.
+        compiling: the part of it in which JAX traced and compiled programs; 0 where they were there already.
     """
 
     speed: np.ndarray
@@ -48,6 +50,7 @@ class March:
     speed_unit: str
     process: dict[str, Any]
     seconds: float
+    compiling: float
 
     @property
     def growth(self) -> np.ndarray:
@@ -69,7 +72,7 @@ class March:
             f"  time step        {span(steps)} s",
             f"  growth           {span(self.growth)} per period, fitted to {_worst(self.growth_error)}",
             f"  displacement     {self.displacement.shape}, {self.displacement.nbytes / 1e6:.3g} MB",
-            f"  wall time        {self.seconds:.2f} s",
+            f"  wall time        {wall_time(self, self.speed.size, 'lane')}",
             f"  failed           {int(np.isnan(self.state).any(axis=-1).sum())} lanes",
         ]
         return "\n".join(lines)
@@ -87,8 +90,13 @@ class March:
         return march_to_dataset(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the march to a NetCDF-4 file, which ``lobex.load`` reads back; all at once or not at all."""
-        from lobex.results.netcdf import save_dataset
+        """Write the march to a file, all at once or not at all; its ending says which: .nc (NetCDF-4), which
+        ``lobex.load`` reads back, .mat (MATLAB) or .csv (one row per lane and sample).
+
+        Raises:
+            ValueError: for any other ending, and a place that cannot be written.
+        """
+        from lobex.results.saving import save_dataset
 
         save_dataset(self.to_xarray(), path)
 

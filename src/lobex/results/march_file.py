@@ -1,17 +1,17 @@
 """Marches and cuts as labelled datasets and back; the lanes, of whatever shape, lie along one dimension."""
 
 import json
-from typing import Any
+import math
 
 import numpy as np
 import xarray
 
-from lobex.processes.quantity import Quantity
 from lobex.results.cut import Cut
 from lobex.results.march import March
+from lobex.results.stored import Stored
 
-MARCH = "lobex march 1"
-CUT = "lobex cut 1"
+MARCH = "lobex march 2"
+CUT = "lobex cut 2"
 _SPEED = {"long_name": "rotational frequency", "units": "Hz"}
 _SAMPLES = ("displacement", "chip_thickness", "force")
 
@@ -46,6 +46,7 @@ def march_to_dataset(march: March) -> xarray.Dataset:
             "process": json.dumps(march.process, ensure_ascii=False),
             "steps_per_period": march.steps_per_period,
             "seconds": march.seconds,
+            "compiling": march.compiling,
         },
     )
 
@@ -73,47 +74,54 @@ def cut_to_dataset(cut: Cut) -> xarray.Dataset:
             "law": json.dumps(cut.law, ensure_ascii=False),
             "steps_per_revolution": cut.steps_per_revolution,
             "seconds": cut.seconds,
+            "compiling": cut.compiling,
         },
     )
 
 
-def read_march(dataset: xarray.Dataset) -> March:
+def read_march(stored: Stored) -> March:
     """A march from a file of ``MARCH``."""
-    attributes, lanes = dataset.attrs, _lanes(dataset)
-    outputs = dataset["displacement"].to_numpy()
-    multiplier = dataset["multiplier_real"].to_numpy() + 1j * dataset["multiplier_imag"].to_numpy()
+    lanes = _lanes(stored)
+    outputs = stored.array("displacement", "lane", "phase", "output")
     return March(
-        **{name: dataset[name].to_numpy().reshape(lanes) for name in ("speed", "gain", "delay", "growth_error")},
-        phase=dataset["phase"].to_numpy(),
+        **{name: stored.known(name, "lane").reshape(lanes) for name in ("speed", "gain", "delay")},
+        growth_error=stored.array("growth_error", "lane").reshape(lanes),
+        phase=stored.known("phase", "phase", increasing=True),
         displacement=outputs.reshape(*lanes, *outputs.shape[1:]),
-        state=dataset["state"].to_numpy().reshape(*lanes, -1),
-        multiplier=multiplier.reshape(lanes),
-        steps_per_period=int(attributes["steps_per_period"]),
-        quantity=Quantity(**json.loads(attributes["quantity"])),
-        speed_unit=str(attributes["speed_unit"]),
-        process=json.loads(attributes["process"]),
-        seconds=float(attributes["seconds"]),
+        state=stored.array("state", "lane", "component").reshape(*lanes, -1),
+        multiplier=stored.complex("multiplier", "lane").reshape(lanes),
+        steps_per_period=stored.count("steps_per_period"),
+        quantity=stored.quantity("quantity"),
+        speed_unit=stored.unit("speed_unit"),
+        process=stored.description("process"),
+        seconds=stored.number("seconds"),
+        compiling=stored.number("compiling"),
     )
 
 
-def read_cut(dataset: xarray.Dataset) -> Cut:
+def read_cut(stored: Stored) -> Cut:
     """A cut from a file of ``CUT``."""
-    attributes, lanes = dataset.attrs, _lanes(dataset)
+    lanes = _lanes(stored)
     return Cut(
-        **{name: dataset[name].to_numpy().reshape(lanes) for name in ("speed", "depth")},
-        **{name: dataset[name].to_numpy().reshape(*lanes, -1) for name in (*_SAMPLES, "state")},
-        phase=dataset["phase"].to_numpy(),
-        feed=float(attributes["feed"]),
-        steps_per_revolution=int(attributes["steps_per_revolution"]),
-        modes=json.loads(attributes["modes"]),
-        law=json.loads(attributes["law"]),
-        seconds=float(attributes["seconds"]),
+        **{name: stored.known(name, "lane").reshape(lanes) for name in ("speed", "depth")},
+        **{name: stored.array(name, "lane", "phase").reshape(*lanes, -1) for name in _SAMPLES},
+        state=stored.array("state", "lane", "component").reshape(*lanes, -1),
+        phase=stored.known("phase", "phase", increasing=True),
+        feed=stored.number("feed"),
+        steps_per_revolution=stored.count("steps_per_revolution"),
+        modes=stored.description("modes"),
+        law=stored.description("law"),
+        seconds=stored.number("seconds"),
+        compiling=stored.number("compiling"),
     )
+
+
+def _lanes(stored: Stored) -> tuple[int, ...]:
+    shape = stored.sizes("lanes")
+    if math.prod(shape) != stored.size("lane"):
+        stored.refuse(f"has attribute 'lanes' = {list(shape)}, which are not the {stored.size('lane')} lanes it holds")
+    return shape
 
 
 def _flat(samples: np.ndarray) -> np.ndarray:
     return samples.reshape(-1, samples.shape[-1])
-
-
-def _lanes(dataset: Any) -> tuple[int, ...]:
-    return tuple(json.loads(dataset.attrs["lanes"]))

@@ -4,24 +4,24 @@ import json
 import os
 from collections.abc import Callable
 from enum import IntEnum
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import xarray
 
 from lobex import _checks
-from lobex.processes.quantity import Quantity, hertz
+from lobex.processes.quantity import hertz
 from lobex.results.boundary import FORM as BOUNDARY
-from lobex.results.boundary import Boundary, boundary_from
+from lobex.results.boundary import Boundary, read_boundary
 from lobex.results.chart import Chart
 from lobex.results.cut import Cut
 from lobex.results.limit import Kind, Limit, Status
 from lobex.results.march import March
 from lobex.results.march_file import CUT, MARCH, read_cut, read_march
 from lobex.results.sensitivities import FORM as SENSITIVITIES
-from lobex.results.sensitivities import Sensitivities, sensitivities_from
+from lobex.results.sensitivities import Sensitivities, read_sensitivities
 from lobex.results.spectrum_map import SpectrumMap
+from lobex.results.stored import Stored
 from lobex.results.study import FORM as STUDY
 from lobex.results.study import Study
 from lobex.results.wear_file import SPECTRUM, WEAR_MAP, read_spectrum, read_wear_map
@@ -30,8 +30,8 @@ from lobex.studies.export import study_from
 
 Result = Chart | Limit | Sensitivities | Boundary | WearMap | SpectrumMap | March | Cut | Study
 
-_CHART = "lobex chart 2"
-_LIMIT = "lobex limit 1"
+_CHART = "lobex chart 3"
+_LIMIT = "lobex limit 2"
 
 
 def chart_to_dataset(chart: Chart) -> xarray.Dataset:
@@ -59,6 +59,7 @@ def limit_to_dataset(limit: Limit) -> xarray.Dataset:
         data_vars={
             "gain": ("speed", limit.gain, {"long_name": f"critical {limit.quantity.name}", "units": unit}),
             "chatter_frequency": ("speed", limit.chatter_frequency, _in_hertz(limit, "chatter frequency")),
+            "lobe": ("speed", limit.lobe, {"long_name": "whole waves between two passes, -1 where there is no limit"}),
             "kind": ("speed", limit.kind_code, _flags("how the dominant multiplier leaves the unit circle", Kind)),
             "status": ("speed", limit.status_code, _flags("what became of the search", Status)),
             "stable_interval": (
@@ -85,6 +86,7 @@ def _attributes(result: Chart | Limit, form: str) -> dict[str, Any]:
         "process": json.dumps(result.process, ensure_ascii=False),
         "method": json.dumps(result.method, ensure_ascii=False),
         "seconds": result.seconds,
+        "compiling": result.compiling,
     }
 
 
@@ -93,96 +95,88 @@ def _flags(name: str, codes: type[IntEnum]) -> dict[str, Any]:
     return {"long_name": name, "flag_values": np.array(list(codes), dtype=np.int8), "flag_meanings": meanings}
 
 
-def save_dataset(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
-    """Write ``path`` in one step: a file beside it is written first and then takes its place."""
-    target = _checks.writable("path", path)
-    dataset = in_parts(dataset)
-    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
-    try:
-        dataset.to_netcdf(partial, engine="h5netcdf", format="NETCDF4")
-        os.replace(partial, target)
-    except OSError as error:
-        raise ValueError(f"path = {str(target)!r} cannot be written ({error}); choose another place") from error
-    finally:
-        partial.unlink(missing_ok=True)
-
-
-def in_parts(dataset: xarray.Dataset) -> xarray.Dataset:
-    """Real and imaginary parts: a complex type is outside the NetCDF-4 standard and MATLAB cannot read it."""
-    if "multiplier" not in dataset:
-        return dataset
-    multiplier = dataset["multiplier"]
-    for part, values in (("real", multiplier.real), ("imag", multiplier.imag)):
-        dataset[f"multiplier_{part}"] = values.assign_attrs(long_name=f"{part} part of μ", units="1")
-    return dataset.drop_vars("multiplier")
-
-
 def load(path: str | os.PathLike[str]) -> Result:
-    """Read what the ``save`` of a result wrote. Raises ValueError for any other file, or none."""
-    source = Path(path)
+    """Read what the ``save`` of a result wrote to a .nc file.
+
+    Raises:
+        ValueError: for any other file, or none, and for a field that is missing or not what a result has there.
+    """
+    source = _checks.place("path", path)
     if not source.is_file():
         raise ValueError(f"path = {str(path)!r} is not a file; give the .nc file that a result was saved to")
     try:
         with xarray.open_dataset(source, engine="h5netcdf") as stored:
             dataset = stored.load()
-    except (OSError, ValueError, KeyError) as error:
-        raise ValueError(f"path = {str(path)!r} is no readable NetCDF-4 file ({error})") from error
-    result = result_of(dataset)
-    if result is None:
-        raise ValueError(f"path = {str(path)!r} is not a lobex result; give a file that a result's save wrote")
-    return result
+    except (OSError, ValueError, KeyError, RuntimeError) as error:
+        why = str(error).partition("\n")[0]
+        raise ValueError(f"path = {str(path)!r} is no readable NetCDF-4 file ({why})") from error
+    return result_of(dataset, f"path = {str(path)!r}")
 
 
-def result_of(dataset: xarray.Dataset) -> Result | None:
-    """The result that a file's dataset stands for, or None where it is of no known format."""
-    readers: dict[Any, Callable[[xarray.Dataset], Result]] = {
+def result_of(dataset: xarray.Dataset, source: str) -> Result:
+    """The result that a file's dataset stands for; ``source`` says in messages where it is from."""
+    readers: dict[str, Callable[[Stored], Result]] = {
         _CHART: _read_chart,
         _LIMIT: _read_limit,
         WEAR_MAP: read_wear_map,
         SPECTRUM: read_spectrum,
-        BOUNDARY: boundary_from,
-        SENSITIVITIES: lambda dataset: sensitivities_from(dataset, _read_limit(dataset)),
+        BOUNDARY: read_boundary,
+        SENSITIVITIES: lambda stored: read_sensitivities(stored, _read_limit(stored)),
         MARCH: read_march,
         CUT: read_cut,
-        STUDY: study_from,
     }
-    reader = readers.get(dataset.attrs.get("format"))
-    return None if reader is None else reader(dataset)
+    form = dataset.attrs.get("format")
+    if form == STUDY:
+        return study_from(dataset, source)
+    if not isinstance(form, str) or not form.startswith("lobex "):
+        raise ValueError(f"{source} is not a lobex result; give a file that a result's save wrote")
+    if form not in readers:
+        known = ", ".join(map(repr, (*readers, STUDY)))
+        raise ValueError(f"{source} has format {form!r}, and this version of lobex reads {known}; compute it again")
+    return readers[form](Stored(dataset, source))
 
 
-def _common(dataset: xarray.Dataset) -> dict[str, Any]:
-    attributes = dataset.attrs
+def _common(stored: Stored) -> dict[str, Any]:
     return {
-        "speed": dataset["speed"].to_numpy(),
-        "chatter_frequency": dataset["chatter_frequency"].to_numpy(),
-        "quantity": Quantity(**json.loads(attributes["quantity"])),
-        "speed_unit": str(attributes["speed_unit"]),
-        "process": json.loads(attributes["process"]),
-        "method": json.loads(attributes["method"]),
-        "seconds": float(attributes["seconds"]),
+        "quantity": stored.quantity("quantity"),
+        "speed_unit": stored.unit("speed_unit"),
+        "process": stored.description("process"),
+        "method": stored.description("method"),
+        "seconds": stored.number("seconds"),
+        "compiling": stored.number("compiling"),
     }
 
 
-def _read_chart(dataset: xarray.Dataset) -> Chart:
+def _read_chart(stored: Stored) -> Chart:
+    axes = ("speed", "gain")
     return Chart(
-        gain=dataset["gain"].to_numpy(),
-        spectral_radius=dataset["spectral_radius"].to_numpy(),
-        multiplier=dataset["multiplier_real"].to_numpy() + 1j * dataset["multiplier_imag"].to_numpy(),
-        error=dataset["error"].to_numpy(),
-        failed=int(dataset.attrs["failed"]),
-        repeated=int(dataset.attrs["repeated"]),
-        **_common(dataset),
+        speed=stored.known("speed", "speed", increasing=True),
+        gain=stored.known("gain", "gain", increasing=True),
+        spectral_radius=stored.array("spectral_radius", *axes),
+        multiplier=stored.complex("multiplier", *axes),
+        chatter_frequency=stored.array("chatter_frequency", *axes),
+        error=stored.array("error", *axes),
+        failed=stored.count("failed"),
+        repeated=stored.count("repeated"),
+        **_common(stored),
     )
 
 
-def _read_limit(dataset: xarray.Dataset) -> Limit:
-    low, high = np.asarray(dataset.attrs["bounds"], dtype=float)
+def _read_limit(stored: Stored) -> Limit:
+    intervals = stored.array("stable_interval", "speed", "interval", "edge")
+    if intervals.shape[2] != 2:
+        stored.refuse("has variable 'stable_interval' with other than 2 edges")
+    low, high = stored.numbers("bounds", 2)
+    # Told by the frequency, for who reads the file with another program.
+    stored.array("lobe", "speed", kind="i")
     return Limit(
-        gain=dataset["gain"].to_numpy(),
-        kind_code=dataset["kind"].to_numpy(),
-        status_code=dataset["status"].to_numpy(),
-        intervals=dataset["stable_interval"].to_numpy(),
-        error=dataset["error"].to_numpy(),
-        bounds=(float(low), float(high)),
-        **_common(dataset),
+        speed=stored.known("speed", "speed"),
+        gain=stored.array("gain", "speed"),
+        chatter_frequency=stored.array("chatter_frequency", "speed"),
+        kind_code=stored.flags("kind", Kind, "speed"),
+        status_code=stored.flags("status", Status, "speed"),
+        intervals=intervals,
+        error=stored.array("error", "speed"),
+        bounds=(low, high),
+        **_common(stored),
     )

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lobex.results.limit import Limit
+from lobex.results.stored import Stored
 
 if TYPE_CHECKING:
     import xarray
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 Array = Any
 
-FORM = "lobex sensitivities 1"
+FORM = "lobex sensitivities 2"
 _MOST_COLUMNS = 5
 _MOST_ROWS = 24
 
@@ -105,20 +106,26 @@ class Sensitivities:
         return dataset.assign_coords(parameter=("parameter", list(self.names)))
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the table and its limit to a NetCDF-4 file, which ``lobex.load`` reads back."""
-        from lobex.results.netcdf import save_dataset
+        """Write the table and its limit to a file, all at once or not at all; its ending says which: .nc (NetCDF-4),
+        which ``lobex.load`` reads back, .mat (MATLAB) or .csv (one row per speed and number).
+
+        Raises:
+            ValueError: for any other ending, and a place that cannot be written.
+        """
+        from lobex.results.saving import save_dataset
 
         save_dataset(self.to_xarray(), path)
 
 
-def sensitivities_from(dataset: "xarray.Dataset", limit: Limit) -> Sensitivities:
+def read_sensitivities(stored: Stored, limit: Limit) -> Sensitivities:
     """The table that ``to_xarray`` made, and whose limit has been read."""
-    return Sensitivities(
-        names=tuple(json.loads(dataset.attrs["parameters"])),
-        value=dataset["value"].to_numpy(),
-        derivative=dataset["derivative"].to_numpy(),
-        limit=limit,
-    )
+    axes = ("speed", "parameter")
+    names = stored.names("parameters")
+    if tuple(stored.array("parameter", "parameter", kind="U")) != names:
+        stored.refuse("has variable 'parameter' with other names than attribute 'parameters'")
+    # A product of the others, for who reads the file with another program.
+    stored.array("logarithmic", *axes)
+    return Sensitivities(names, stored.array("value", *axes), stored.array("derivative", *axes), limit)
 
 
 def _row(name: str, wide: int, cells: Any) -> str:

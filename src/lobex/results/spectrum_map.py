@@ -78,8 +78,13 @@ class SpectrumMap:
         return spectrum_to_dataset(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the map to a NetCDF-4 file, which ``lobex.load`` reads back; all at once or not at all."""
-        from lobex.results.netcdf import save_dataset
+        """Write the map to a file, all at once or not at all; its ending says which: .nc (NetCDF-4), which
+        ``lobex.load`` reads back, .mat (MATLAB) or .csv (one row per speed and order).
+
+        Raises:
+            ValueError: for any other ending, and a place that cannot be written.
+        """
+        from lobex.results.saving import save_dataset
 
         save_dataset(self.to_xarray(), path)
 

@@ -10,6 +10,7 @@ import numpy as np
 import xarray
 from xarray.core import indexing
 
+from lobex.results.description import wall_time
 from lobex.studies.axes import in_words, shape_of
 from lobex.studies.blocks import Blocks, InStore
 from lobex.studies.lazy import COMPLEX, LazyArray
@@ -38,11 +39,13 @@ class Study:
         verb: "sweep", "critical_gain" or "march_wear".
         blocks: the chunks, in memory, in a store or in a file.
         seconds: wall time of the call that made it, compiling included; NaN of one that was opened.
+        compiling: the part of it in which JAX traced and compiled programs.
     """
 
     verb: str
     blocks: Blocks
     seconds: float = float("nan")
+    compiling: float = float("nan")
 
     @classmethod
     def open(cls, folder: str | os.PathLike[str]) -> "Study":
@@ -95,7 +98,7 @@ class Study:
         if isinstance(self.blocks, InStore):
             lines += [f"  {'store':<16} {self.blocks.store.folder}, {self.blocks.plan.chunks} chunks"]
         if np.isfinite(self.seconds):
-            lines += [f"  {'wall time':<16} {self.seconds:.2f} s"]
+            lines += [f"  {'wall time':<16} {wall_time(self, self.blocks.plan.chunks, 'chunk')}"]
         return "\n".join(lines)
 
     def at(self, where: Mapping[str, float] | tuple[int, ...] | int = ()) -> "Chart | Limit | WearMap":
@@ -110,7 +113,7 @@ class Study:
         from lobex.results.netcdf import result_of
 
         dataset = self.whole(self._combination(where))
-        result: Any = result_of(dataset)
+        result: Any = result_of(dataset, self.blocks.source)
         return result
 
     def chart(self, where: Mapping[str, float] | tuple[int, ...] | int = ()) -> "Chart":
@@ -149,9 +152,14 @@ class Study:
         return self._labelled
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the study to one NetCDF-4 file, which ``lobex.load`` reads back; all at once or not at all.
+        """Write the study to one file, all at once or not at all; its ending says which: .nc (NetCDF-4), which
+        ``lobex.load`` reads back, .mat (MATLAB) or .csv (one row per point).
 
-        Chunk by chunk, so that a study larger than memory can be written.
+        A .nc file is written chunk by chunk, so that a study larger than memory can be, and holds all that the chunks
+        do; the others hold the arrays that ``names`` tells. Those of wear marches share no rows: .csv is refused.
+
+        Raises:
+            ValueError: for any other ending, and a place that cannot be written.
         """
         from lobex.studies.export import write_study
 

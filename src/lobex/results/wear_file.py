@@ -7,9 +7,10 @@ import numpy as np
 import xarray
 
 from lobex.results.spectrum_map import SpectrumMap
+from lobex.results.stored import Stored
 from lobex.results.wear_map import WearMap
 
-WEAR_MAP = "lobex wear map 1"
+WEAR_MAP = "lobex wear map 2"
 SPECTRUM = "lobex spectrum 1"
 
 _SPEED = {"long_name": "rotational frequency", "units": "Hz"}
@@ -27,16 +28,8 @@ _ARRAYS = {
     "stored_energy": (("lane", "revolution"), "kinetic and strain energy at the end", "J"),
     "natural_frequency": (("mode",), "natural frequency", "Hz"),
 }
-_NUMBERS = (
-    "samples_per_revolution",
-    "lag",
-    "usable_orders",
-    "nodal_diameters",
-    "radius",
-    "axial_width",
-    "seconds",
-    "failed",
-)
+_COUNTS = ("samples_per_revolution", "lag", "usable_orders", "nodal_diameters", "failed")
+_NUMBERS = ("radius", "axial_width", "seconds", "compiling")
 
 
 def wear_map_to_dataset(march: WearMap) -> xarray.Dataset:
@@ -53,16 +46,26 @@ def wear_map_to_dataset(march: WearMap) -> xarray.Dataset:
         attrs={
             "format": WEAR_MAP,
             "model": json.dumps(march.model, ensure_ascii=False),
-            **{name: getattr(march, name) for name in _NUMBERS},
+            **{name: getattr(march, name) for name in (*_COUNTS, *_NUMBERS)},
         },
     )
 
 
-def read_wear_map(dataset: xarray.Dataset) -> WearMap:
+def read_wear_map(stored: Stored) -> WearMap:
     """The march that a dataset was made of."""
-    numbers: dict[str, Any] = {name: dataset.attrs[name].item() for name in _NUMBERS}
-    arrays: dict[str, np.ndarray] = {name: dataset[name].to_numpy() for name in (*_ARRAYS, "speed", "angle")}
-    return WearMap(model=json.loads(dataset.attrs["model"]), **arrays, **numbers)
+    arrays: dict[str, np.ndarray] = {name: stored.array(name, *dims) for name, (dims, _, _) in _ARRAYS.items()}
+    if len(arrays["natural_frequency"]) == 0 or stored.size("revolution") == 0:
+        stored.refuse("has no mode or no revolution")
+    numbers: dict[str, Any] = {name: stored.number(name) for name in _NUMBERS}
+    counts: dict[str, Any] = {name: stored.count(name) for name in _COUNTS}
+    return WearMap(
+        speed=stored.known("speed", "lane"),
+        angle=stored.known("angle", "angle", increasing=True),
+        model=stored.descriptions("model", "modes", "casing", "law"),
+        **arrays,
+        **numbers,
+        **counts,
+    )
 
 
 def spectrum_to_dataset(spectrum: SpectrumMap) -> xarray.Dataset:
@@ -86,13 +89,15 @@ def spectrum_to_dataset(spectrum: SpectrumMap) -> xarray.Dataset:
     )
 
 
-def read_spectrum(dataset: xarray.Dataset) -> SpectrumMap:
+def read_spectrum(stored: Stored) -> SpectrumMap:
     """The spectrum that a dataset was made of."""
+    # A product of the others, for who reads the file with another program.
+    stored.array("frequency", "speed", "order")
     return SpectrumMap(
-        speed=dataset["speed"].to_numpy(),
-        order=dataset["order"].to_numpy(),
-        amplitude=dataset["amplitude"].to_numpy(),
-        natural_frequency=dataset["natural_frequency"].to_numpy(),
-        nodal_diameters=int(dataset.attrs["nodal_diameters"]),
-        window=str(dataset.attrs["window"]),
+        speed=stored.known("speed", "speed"),
+        order=stored.known("order", "order", increasing=True),
+        amplitude=stored.array("amplitude", "speed", "order"),
+        natural_frequency=stored.known("natural_frequency", "mode"),
+        nodal_diameters=stored.count("nodal_diameters"),
+        window=stored.text("window"),
     )

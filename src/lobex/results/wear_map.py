@@ -1,13 +1,14 @@
 """The result of a wear march."""
 
 import os
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lobex import _checks
-from lobex.results.description import in_words
+from lobex.results.description import in_words, wall_time
 
 if TYPE_CHECKING:
     import xarray
@@ -45,6 +46,7 @@ class WearMap:
         radius, axial_width: of the casing, m.
         model: modes, casing and law as plain dictionaries.
         seconds: wall time, compiling included.
+        compiling: the part of it in which JAX traced and compiled programs; 0 where they were there already.
         failed: number of lanes that are NaN.
     """
 
@@ -70,6 +72,7 @@ class WearMap:
     axial_width: float
     model: dict[str, Any]
     seconds: float
+    compiling: float
     failed: int
 
     @property
@@ -140,7 +143,10 @@ class WearMap:
                 f"  largest motion   {np.nanmax(self.peak):.6g} m at {self.speed[np.nanargmax(self.peak)]:.6g} Hz",
                 f"  energy balance   open by {error:.1e} of the input, at most",
             ]
-        lines += [f"  wall time        {self.seconds:.2f} s", f"  failed           {self.failed} lanes"]
+        lines += [
+            f"  wall time        {wall_time(self, len(self.speed), 'lane')}",
+            f"  failed           {self.failed} lanes",
+        ]
         return "\n".join(lines)
 
     def spectrum(self, skip: int = 0, window: str = "flattop") -> "SpectrumMap":
@@ -170,11 +176,14 @@ class WearMap:
 
         return plot_worn_casing(self, self.nearest(speed), ax, magnification)
 
-    def plot_history(self) -> "Figure":
-        """Amplitude and wear of every revolution over its speed (a ramp) or over the revolutions."""
+    def plot_history(self, axes: "Sequence[Axes] | None" = None) -> "Figure":
+        """Amplitude and wear of every revolution over its speed (a ramp) or over the revolutions; returns the figure.
+
+        ``axes`` are two axes to draw into, for amplitude and for wear.
+        """
         from lobex.plots.wear import plot_history
 
-        return plot_history(self)
+        return plot_history(self, axes)
 
     def to_xarray(self) -> "xarray.Dataset":
         """The map as a labelled dataset, with units and the model in its attributes."""
@@ -183,7 +192,12 @@ class WearMap:
         return wear_map_to_dataset(self)
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the map to a NetCDF-4 file, which ``lobex.load`` reads back; all at once or not at all."""
-        from lobex.results.netcdf import save_dataset
+        """Write the map to a file, all at once or not at all; its ending says which: .nc (NetCDF-4), which
+        ``lobex.load`` reads back, or .mat (MATLAB). Its arrays share no rows, so that .csv is refused.
+
+        Raises:
+            ValueError: for any other ending, and a place that cannot be written.
+        """
+        from lobex.results.saving import save_dataset
 
         save_dataset(self.to_xarray(), path)

@@ -15,7 +15,6 @@ from lobex.shell.shares import shared
 from lobex.shell.values import is_range
 
 if TYPE_CHECKING:
-    from lobex.results.limit import Limit
     from lobex.results.sensitivities import Sensitivities
 
 
@@ -63,7 +62,7 @@ def run_limit(command: LimitCommand) -> None:
         return
     pictures = [drawn(part.plot) for part in (limit, result) if part is not None]
     (limit if result is None else result).save(files[0])
-    _write_table(limit, files[1])
+    limit.save(files[1])
     files[2].write_bytes(pictures[0])
     if result is not None:
         _write_sensitivities(result, files[3])
@@ -98,15 +97,6 @@ def _numbers_of(flags: Any) -> tuple[dict[str, float], Any]:
         return process_of(dataclasses.replace(flags, **changes))
 
     return numbers, build
-
-
-def _write_table(limit: "Limit", path: Path) -> None:
-    columns = ("speed_Hz", f"gain_{limit.quantity.unit}", "chatter_frequency_Hz", "lobe", "error", "kind", "status")
-    values = (limit.speed, limit.gain, limit.chatter_frequency, limit.lobe, limit.error, limit.kind, limit.status)
-    rows = [",".join(columns)]
-    for row in zip(*values, strict=True):
-        rows.append(",".join(f"{v:.12g}" if isinstance(v, np.floating) else str(v) for v in row))
-    path.write_text("\n".join(rows) + "\n")
 
 
 def _write_sensitivities(result: "Sensitivities", path: Path) -> None:

@@ -17,9 +17,10 @@ ATTRIBUTES = "attributes"
 
 
 class Blocks(Protocol):
-    """Chunks by number."""
+    """Chunks by number, and in messages what holds them."""
 
     plan: Plan
+    source: str
 
     def chunk(self, number: int) -> xarray.Dataset:
         """The result of a chunk, as its file holds it."""
@@ -28,6 +29,8 @@ class Blocks(Protocol):
 
 class InMemory:
     """Chunks that were computed and kept."""
+
+    source = "the study"
 
     def __init__(self, plan: Plan, datasets: Mapping[int, xarray.Dataset]) -> None:
         self.plan, self._datasets = plan, datasets
@@ -41,7 +44,7 @@ class InStore:
     """Chunks that are read, and compared with their checksums, when they are asked for."""
 
     def __init__(self, store: Store) -> None:
-        self.plan, self.store = store.plan, store
+        self.plan, self.store, self.source = store.plan, store, f"store = {str(store.folder)!r}"
         self._names = store.present()
         missing = self.plan.chunks - len(self._names)
         if missing:
@@ -64,14 +67,28 @@ class InStore:
 class InFile:
     """One chunk per combination, cut from the dataset of a saved study."""
 
-    def __init__(self, plan: Plan, dataset: xarray.Dataset) -> None:
-        self.plan, self._dataset = plan, dataset
+    def __init__(self, plan: Plan, dataset: xarray.Dataset, source: str) -> None:
+        self.plan, self.source, self._dataset = plan, source, dataset
 
     def chunk(self, number: int) -> xarray.Dataset:
         """The result of a combination."""
-        index = np.unravel_index(number, [len(v) for v in self.plan.axes.values()])
-        part = self._dataset.isel({name: int(i) for name, i in zip(self.plan.axes, index, strict=True)})
-        attributes: dict[str, Any] = json.loads(str(part[ATTRIBUTES].item()))
-        part = part.drop_vars([ATTRIBUTES, *self.plan.axes])
-        part.attrs = attributes
+        part = self._part(self._dataset, number).drop_vars([ATTRIBUTES, *self.plan.axes])
+        part.attrs = self.attributes(number)
         return plain(part)
+
+    def attributes(self, number: int) -> dict[str, Any]:
+        """The attributes of the result of a combination."""
+        try:
+            attributes = json.loads(str(self._part(self._dataset[ATTRIBUTES], number).item()))
+        except (json.JSONDecodeError, RecursionError):
+            attributes = None
+        if not isinstance(attributes, dict):
+            raise ValueError(
+                f"{self.source} has variable {ATTRIBUTES!r} that is no whole JSON text at combination {number}; "
+                "it is damaged or was changed: compute it again"
+            )
+        return attributes
+
+    def _part(self, whole: Any, number: int) -> Any:
+        index = np.unravel_index(number, [len(v) for v in self.plan.axes.values()])
+        return whole.isel({name: int(i) for name, i in zip(self.plan.axes, index, strict=True)})

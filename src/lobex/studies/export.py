@@ -2,7 +2,6 @@
 
 import json
 import os
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +9,8 @@ import h5netcdf
 import numpy as np
 import xarray
 
-from lobex import _checks
+from lobex.results.saving import checked, in_one_step, save_dataset
+from lobex.results.stored import Stored
 from lobex.results.study import FORM, RAGGED, Study, widened
 from lobex.studies.axes import Axes, check_name, shape_of
 from lobex.studies.blocks import ATTRIBUTES, InFile
@@ -21,19 +21,16 @@ _AXES = "over"
 
 
 def write_study(study: Study, path: str | os.PathLike[str]) -> None:
-    """Write ``path`` in one step: a file beside it is written first, chunk by chunk, and then takes its place."""
-    target = _checks.writable("path", path)
-    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
-    try:
+    """Write ``path`` in one step; as NetCDF-4 chunk by chunk."""
+    target = checked(path)
+    if target.suffix.lower() != ".nc":
+        return save_dataset(study.to_xarray(), path)
+
+    def write(partial: Path) -> None:
         with h5netcdf.File(partial, "w") as file:
             _fill(study, file)
-        os.replace(partial, target)
-    # HDF5 reports a full disk in either way.
-    except (OSError, RuntimeError) as error:
-        raise ValueError(f"path = {str(target)!r} cannot be written ({error}); choose another place") from error
-    finally:
-        with suppress(OSError):
-            Path(partial).unlink(missing_ok=True)
+
+    in_one_step(target, write)
 
 
 def _fill(study: Study, file: h5netcdf.File) -> None:
@@ -81,11 +78,21 @@ def _listed(attributes: dict[Any, Any]) -> dict[str, Any]:
     return {str(k): v if isinstance(v, str) else np.asarray(v).tolist() for k, v in attributes.items()}
 
 
-def study_from(dataset: xarray.Dataset) -> Study:
-    """The study that a file was made of."""
+def study_from(dataset: xarray.Dataset, source: str) -> Study:
+    """The study that a file was made of, once every result in it has been looked at."""
+    from lobex.results.netcdf import result_of
+
+    stored = Stored(dataset, source)
     axes: Axes = {}
-    for name in json.loads(dataset.attrs[_AXES]):
+    for name in stored.names(_AXES):
         check_name(name)
-        axes[name] = dataset[name].to_numpy()
-    lanes = dataset.sizes["lane" if "lane" in dataset.sizes else "speed"]
-    return Study(str(dataset.attrs["verb"]), InFile(Plan(axes, lanes, lanes), dataset))
+        axes[name] = stored.known(name, name, increasing=True)
+    verb, lanes = stored.text("verb"), stored.size("lane" if "lane" in dataset.sizes else "speed")
+    stored.array(ATTRIBUTES, *axes, kind="U")
+    blocks = InFile(Plan(axes, lanes, lanes), dataset, source)
+    result_of(blocks.chunk(0), source)
+    # The arrays are the same in all combinations, and what is said of them is much alike.
+    for number in range(1, blocks.plan.combinations):
+        if set(blocks.attributes(number)) != set(blocks.attributes(0)):
+            stored.refuse(f"has other fields in {ATTRIBUTES!r} of combination {number} than in the first")
+    return Study(verb, blocks)

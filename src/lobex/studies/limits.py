@@ -1,12 +1,12 @@
 """``critical_gain``, with further axes and a store: each chunk is a search of its own."""
 
-import time
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast, overload
 
 import numpy as np
 
 from lobex import _checks
+from lobex._timing import timed
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids.choice import chosen_method
 from lobex.limits import critical
@@ -107,7 +107,6 @@ def critical_gain(
         return critical.critical_gain(process, speed, bounds, method, scan=scan, progress=progress)
     from lobex.studies.run import run_study
 
-    begun = time.perf_counter()
     variation = Variation(process, axes_of(over))
     first = variation.at(0)
     check_process(first)
@@ -128,7 +127,8 @@ def critical_gain(
         lanes=_BY_ROOTS if isinstance(chosen, CharacteristicRoots) else _BY_OPERATORS,
         bytes=COPIES * _BYTES,
     )
-    study = run_study(task, store, processes, progress)
+    with timed() as spent:
+        study = run_study(task, store, processes, progress)
     if over is not None:
         return study
-    return replace(cast(Limit, study.at()), seconds=time.perf_counter() - begun)
+    return replace(cast(Limit, study.at()), seconds=spent.seconds, compiling=spent.compiling)

@@ -10,8 +10,9 @@ import xarray
 from tqdm import tqdm
 
 from lobex._memory import check_memory
+from lobex._timing import timed
 from lobex._warnings import SweepWarning, warn
-from lobex.results.netcdf import in_parts
+from lobex.results.saving import in_parts
 from lobex.results.study import Study
 from lobex.studies.axes import in_words, numbers_at
 from lobex.studies.blocks import InMemory, InStore
@@ -41,24 +42,24 @@ def run_study(
     """
     if processes is not None and store is None:
         raise ValueError(f"processes = {processes!r} share a study by its store; give store=, too")
-    begun = time.perf_counter()
-    plan = plan_of(task.variation.axes, len(task.speed), task.lanes, task.bytes)
-    collected = Collected()
-    if store is None:
-        check_memory(
-            f"over and speed make {plan.combinations} × {plan.lanes} lanes",
-            task.bytes / COPIES * plan.combinations * plan.lanes,
-            "give fewer, or a store, which is never in memory as a whole: store=",
-        )
-        blocks: Any = InMemory(plan, _Work(task, plan, collected, progress).all())
-    else:
-        share = share_of(processes)
-        manifest = manifest_of(plan, task.verb, task.variation.describe(), task.settings, task.speed)
-        shared = Store.begin(store, manifest)
-        _Work(task, shared.plan, collected, progress).missing_of(shared, *share)
-        blocks = InStore(shared)
+    with timed() as spent:
+        plan = plan_of(task.variation.axes, len(task.speed), task.lanes, task.bytes)
+        collected = Collected()
+        if store is None:
+            check_memory(
+                f"over and speed make {plan.combinations} × {plan.lanes} lanes",
+                task.bytes / COPIES * plan.combinations * plan.lanes,
+                "give fewer, or a store, which is never in memory as a whole: store=",
+            )
+            blocks: Any = InMemory(plan, _Work(task, plan, collected, progress).all())
+        else:
+            share = share_of(processes)
+            manifest = manifest_of(plan, task.verb, task.variation.describe(), task.settings, task.speed)
+            shared = Store.begin(store, manifest)
+            _Work(task, shared.plan, collected, progress).missing_of(shared, *share)
+            blocks = InStore(shared)
     collected.say(plan.chunks, _STACK)
-    return Study(task.verb, blocks, time.perf_counter() - begun)
+    return Study(task.verb, blocks, spent.seconds, spent.compiling)
 
 
 class _Work:
@@ -148,7 +149,7 @@ class _Work:
         except ValueError as error:
             where = in_words(numbers_at(self.plan.axes, combination))
             raise ValueError(f"{error}{f'; at {where}' if where else ''}") from error
-        return in_parts(replace(result, seconds=float("nan")).to_xarray())
+        return in_parts(replace(result, seconds=float("nan"), compiling=float("nan")).to_xarray())
 
     def _points(self, number: int) -> int:
         lanes = self.plan.chunk(number)[1]

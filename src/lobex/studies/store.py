@@ -14,6 +14,7 @@ from typing import Any, NoReturn
 
 import xarray
 
+from lobex import _checks
 from lobex.studies import manifest as manifests
 from lobex.studies.slabs import checksum, from_bytes, to_bytes
 
@@ -38,8 +39,8 @@ class Store:
     @classmethod
     def open(cls, folder: str | os.PathLike[str]) -> "Store":
         """The store in a folder; ValueError where there is none."""
-        place = Path(folder)
-        if not place.is_dir():
+        place = _checks.place("store", folder, "a folder")
+        if not str(folder) or not place.is_dir():
             raise ValueError(f"store = {str(folder)!r} is not a folder; give the folder of a store")
         path = place / MANIFEST
         if not path.is_file() or path.is_symlink():
@@ -64,7 +65,7 @@ class Store:
             ValueError: for a folder that holds another study (the message names the first difference) or other files,
                 and where it cannot be written.
         """
-        place = Path(folder)
+        place = _checks.place("store", folder, "a folder")
         if not str(folder) or (place.exists() and not place.is_dir()):
             raise ValueError(f"store = {str(folder)!r} is not a folder; give the folder that the study goes to")
         try:
@@ -111,7 +112,10 @@ class Store:
         return name
 
     def read(self, number: int, name: str | None = None) -> xarray.Dataset:
-        """A chunk's dataset, its checksum compared. ``Damage`` where it is not what it was, or not there."""
+        """A chunk's dataset, its checksum compared and its fields looked at. ``Damage`` where it is not what it was, or
+        not there."""
+        from lobex.results.netcdf import result_of
+
         name = self.present().get(number) if name is None else name
         if name is None:
             raise Damage(f"chunk {number} of the store {str(self.folder)!r} is missing; run the study again")
@@ -124,6 +128,7 @@ class Store:
                 raise ValueError("it is of another study")
             if dataset.attrs.get("chunk") != number:
                 raise ValueError("it is another chunk")
+            result_of(dataset, "it")
         except (OSError, ValueError) as error:
             why = f"chunk {number} of the store {str(self.folder)!r} is damaged ({error})"
             raise Damage(f"{why}; run the study again") from error

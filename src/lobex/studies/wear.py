@@ -1,12 +1,12 @@
 """``march_wear``, with further axes and a store: each chunk is a march of its own."""
 
-import time
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, cast, overload
 
 import numpy as np
 
 from lobex import _checks
+from lobex._timing import timed
 from lobex.contact.casing import Casing
 from lobex.contact.laws import ContactLaw
 from lobex.marches import wear
@@ -111,7 +111,6 @@ def march_wear(
         return wear.march_wear(modes, casing, law, speed, **turns, progress=progress)
     from lobex.studies.run import run_study
 
-    begun = time.perf_counter()
     variation = Variation({"modes": modes, "casing": casing, "law": law}, axes_of(over))
     for name, least in (("revolutions", 1), ("steps_per_revolution", 16), ("samples_per_revolution", 16)):
         _checks.integer(name, turns[name], least)
@@ -130,7 +129,8 @@ def march_wear(
         lanes=max(min(_LANES, _STEPS // steps), 1),
         bytes=COPIES * 8 * (2 * steps_per_revolution + revolutions * (2 * samples_per_revolution + 16)),
     )
-    study = run_study(task, store, processes, progress)
+    with timed() as spent:
+        study = run_study(task, store, processes, progress)
     if over is not None:
         return study
-    return replace(cast(WearMap, study.at()), seconds=time.perf_counter() - begun)
+    return replace(cast(WearMap, study.at()), seconds=spent.seconds, compiling=spent.compiling)

@@ -1,0 +1,70 @@
+"""A result's dataset as a file: NetCDF-4, MATLAB or a table, by the ending of its name."""
+
+import os
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+import xarray
+
+from lobex import _checks
+
+ENDINGS = (".nc", ".mat", ".csv")
+
+
+def save_dataset(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
+    """Write ``path`` in one step, in the format of its ending.
+
+    Raises:
+        ValueError: for an ending other than .nc, .mat and .csv, a place that cannot be written, and a dataset that the
+            format cannot hold.
+    """
+    target = checked(path)
+    if target.suffix.lower() == ".nc":
+        in_one_step(target, lambda file: in_parts(dataset).to_netcdf(file, engine="h5netcdf", format="NETCDF4"))
+    elif target.suffix.lower() == ".mat":
+        from lobex.results.matlab import write_matlab
+
+        in_one_step(target, lambda file: write_matlab(dataset, file))
+    else:
+        from lobex.results.table import write_table
+
+        in_one_step(target, lambda file: write_table(in_parts(dataset), file))
+
+
+def checked(path: str | os.PathLike[str]) -> Path:
+    """Require a place that can be written, of a known ending."""
+    target = _checks.writable("path", path)
+    if target.suffix.lower() not in ENDINGS:
+        wrong = f"ends in {target.suffix!r}" if target.suffix else "has no ending"
+        raise ValueError(f"path = {str(path)!r} {wrong}; give .nc (which lobex.load reads back), .mat or .csv")
+    return target
+
+
+def in_one_step(target: Path, write: Callable[[Path], object]) -> None:
+    """Have a file beside ``target`` written, which then takes its place: all at once or not at all."""
+    partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
+    try:
+        write(partial)
+        os.replace(partial, target)
+    # HDF5 reports a full disk in either way.
+    except (OSError, RuntimeError) as error:
+        raise ValueError(f"path = {str(target)!r} cannot be written ({error}); choose another place") from error
+    # What a format cannot hold.
+    except ValueError as error:
+        raise ValueError(f"path = {str(target)!r}: {error}") from error
+    finally:
+        with suppress(OSError):
+            partial.unlink(missing_ok=True)
+
+
+def in_parts(dataset: xarray.Dataset) -> xarray.Dataset:
+    """Real and imaginary parts: a complex type is outside the NetCDF-4 standard and MATLAB cannot read it."""
+    if "multiplier" not in dataset:
+        return dataset
+    multiplier = dataset["multiplier"]
+    parts = {
+        f"multiplier_{part}": values.assign_attrs(long_name=f"{part} part of μ", units="1")
+        for part, values in (("real", multiplier.real), ("imag", multiplier.imag))
+    }
+    return dataset.drop_vars("multiplier").assign(parts)

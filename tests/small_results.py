@@ -1,0 +1,176 @@
+"""A small result of every kind, of made-up numbers: what files and pictures do is the same for all of them."""
+
+from typing import Any
+
+import numpy as np
+
+import lobex
+from lobex.processes.quantity import CONTACT_STIFFNESS, DEPTH_OF_CUT
+from lobex.results.boundary import BoundaryCurve
+from lobex.results.description import describe
+from lobex.results.limit import Kind, Status
+from lobex.results.saving import in_parts
+from lobex.studies.blocks import InMemory
+from lobex.studies.plan import Plan
+from lobex.studies.slabs import plain
+
+MODES = lobex.Modes.single(frequency=146.5, damping_ratio=0.03, mass=2.573)
+SPEED, GAIN = np.array([50.0, 60.0, 70.0]), np.array([1e5, 2e5])
+_TIME = {"seconds": 6.17, "compiling": 5.77}
+_SAID = {"quantity": CONTACT_STIFFNESS, "speed_unit": "Hz", "process": describe(lobex.Rub(MODES)), **_TIME}
+_METHOD = describe(lobex.Duhamel())
+
+
+def chart(factor: float = 1.0) -> lobex.Chart:
+    """Three speeds by two gains, with one point that failed."""
+    multiplier = factor * np.exp(1j * np.arange(6.0).reshape(3, 2)) * np.linspace(0.8, 1.2, 6).reshape(3, 2)
+    multiplier[2, 1] = np.nan
+    radius = np.abs(multiplier)
+    return lobex.Chart(
+        SPEED, GAIN, radius, multiplier, 100 * radius, 1e-9 * radius, method=_METHOD, failed=1, repeated=0, **_SAID
+    )
+
+
+def limit() -> lobex.Limit:
+    """Three speeds: a limit that comes back, none, and a tie."""
+    return lobex.Limit(
+        speed=SPEED,
+        gain=np.array([1.5e5, np.nan, 1.2e5]),
+        chatter_frequency=np.array([150.0, np.nan, 160.0]),
+        kind_code=np.array([Kind.HOPF, Kind.NONE, Kind.FLIP], dtype=np.int8),
+        status_code=np.array([Status.FOUND, Status.NONE_IN_RANGE, Status.TIE], dtype=np.int8),
+        intervals=np.array([[[1e5, 1.5e5], [1.8e5, 2e5]], [[1e5, 2e5], [np.nan] * 2], [[1e5, 1.2e5], [np.nan] * 2]]),
+        error=np.array([1e-3, np.nan, 2e-3]),
+        bounds=(1e5, 2e5),
+        method=_METHOD,
+        **_SAID,
+    )
+
+
+def sensitivities() -> lobex.Sensitivities:
+    """Of two numbers."""
+    value = np.column_stack([np.full(3, 0.03), SPEED])
+    return lobex.Sensitivities(("modes.damping_ratio[0]", "speed"), value, 1e5 * value, limit())
+
+
+def boundary() -> lobex.Boundary:
+    """A line and a closed curve."""
+
+    def curve(points: int, closed: bool) -> BoundaryCurve:
+        return BoundaryCurve(
+            np.linspace(50, 70, points),
+            np.linspace(1e5, 2e5, points),
+            np.full(points, 150.0),
+            np.full(points, Kind.HOPF, dtype=np.int8),
+            closed,
+        )
+
+    return lobex.Boundary(
+        (curve(4, False), curve(3, True)), 1e-9, 0, 1, 0.1, 146.5, (50.0, 70.0, 1e5, 2e5), method=_METHOD, **_SAID
+    )
+
+
+def march() -> lobex.March:
+    """Two lanes of two outputs, three samples each."""
+    samples = np.arange(12.0).reshape(2, 3, 2) * 1e-6
+    return lobex.March(
+        speed=SPEED[:2],
+        gain=GAIN,
+        delay=1 / SPEED[:2],
+        phase=np.array([0.0, 0.5, 1.0]),
+        displacement=samples,
+        state=np.arange(4.0).reshape(2, 2),
+        multiplier=np.array([0.9 + 0.1j, 1.1 - 0.2j]),
+        growth_error=np.array([1e-6, 1e-7]),
+        steps_per_period=2,
+        **_SAID,
+    )
+
+
+def cut() -> lobex.Cut:
+    """Two lanes of three samples."""
+    samples = np.arange(6.0).reshape(2, 3) * 1e-6
+    said = {"modes": describe(MODES), "law": describe(lobex.Linear(2e8))}
+    return lobex.Cut(
+        speed=SPEED[:2],
+        depth=np.array([1e-3, 2e-3]),
+        feed=1e-4,
+        phase=np.array([0.0, 0.5, 1.0]),
+        displacement=samples,
+        chip_thickness=samples + 1e-4,
+        force=1e6 * samples,
+        state=np.arange(4.0).reshape(2, 2),
+        steps_per_revolution=2,
+        **said,
+        **_TIME,
+    )
+
+
+def wear_map() -> lobex.WearMap:
+    """Two lanes of three revolutions over four cells."""
+    turns = np.arange(1.0, 7.0).reshape(2, 3)
+    said = {"modes": describe(MODES), "casing": describe(lobex.Casing()), "law": describe(lobex.Linear(4.5e6))}
+    energies = dict.fromkeys(("input_energy", "removal_energy", "damping_energy", "stored_energy"), turns)
+    return lobex.WearMap(
+        speed=SPEED[:2],
+        speed_history=np.repeat(SPEED[:2, None], 3, axis=1),
+        angle=np.arange(4) * np.pi / 2,
+        unworn=np.full(4, 1e-4),
+        depth=np.arange(8.0).reshape(2, 4) * 1e-6,
+        wear=1e-8 * turns,
+        displacement=np.arange(24.0).reshape(2, 12) * 1e-6,
+        amplitude=1e-5 * turns,
+        contact=turns / 10,
+        **energies,
+        samples_per_revolution=4,
+        lag=0,
+        usable_orders=1,
+        natural_frequency=np.array([146.5]),
+        nodal_diameters=2,
+        radius=0.5,
+        axial_width=0.02,
+        model=said,
+        failed=0,
+        **_TIME,
+    )
+
+
+def spectrum() -> lobex.SpectrumMap:
+    """Three speeds by four orders."""
+    amplitude = np.arange(12.0).reshape(3, 4) * 1e-6
+    return lobex.SpectrumMap(SPEED, np.arange(4) / 2, amplitude, np.array([146.5, 800.0]), 2, "flattop")
+
+
+def study() -> lobex.Study:
+    """Two charts along an axis."""
+    plan = Plan({"modes.damping_ratio": np.array([0.01, 0.02])}, 3, 3)
+    return lobex.Study("sweep", InMemory(plan, {i: plain(in_parts(chart(1 + i).to_xarray())) for i in range(2)}))
+
+
+def study_of_limits() -> lobex.Study:
+    """Two limits along an axis."""
+    plan = Plan({"tool": np.array([1.0, 2.0])}, 3, 3)
+    return lobex.Study("critical_gain", InMemory(plan, {i: plain(limit().to_xarray()) for i in range(2)}))
+
+
+def study_of_wear() -> lobex.Study:
+    """Two wear maps along an axis."""
+    plan = Plan({"casing.amplitude": np.array([1e-4, 2e-4])}, 2, 2)
+    return lobex.Study("march_wear", InMemory(plan, {i: plain(wear_map().to_xarray()) for i in range(2)}))
+
+
+RESULTS: dict[str, Any] = {
+    "chart": chart,
+    "limit": limit,
+    "sensitivities": sensitivities,
+    "boundary": boundary,
+    "march": march,
+    "cut": cut,
+    "wear map": wear_map,
+    "spectrum": spectrum,
+    "study": study,
+    "study of limits": study_of_limits,
+    "study of wear": study_of_wear,
+}
+
+DEPTH = DEPTH_OF_CUT
