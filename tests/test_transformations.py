@@ -108,13 +108,12 @@ def test_the_gradient_of_the_critical_gain_through_a_rod_in_every_form(slope):
         )(many, 100.0)
         reverse = jax.jacrev(jax.vmap(stiffness))(many)
         forward = jax.jacfwd(stiffness)(210e7)
-        single = jax.grad(stiffness)(210e7)
     assert np.asarray(value) == pytest.approx([float(stiffness(e)) for e in many], rel=1e-11)
     assert float(by_modulus[1]) == pytest.approx(slope, rel=1e-8)
     # E → αE, f → √α f is K → αK: closed form.
     assert many * np.asarray(by_modulus) + 50.0 * np.asarray(by_speed) == pytest.approx(np.asarray(value), rel=1e-9)
     assert np.asarray(reverse) == pytest.approx(np.diag(by_modulus), rel=1e-9, abs=1e-20)
-    assert [float(forward), float(single)] == pytest.approx([float(by_modulus[1])] * 2, rel=1e-9)
+    assert float(forward) == pytest.approx(float(by_modulus[1]), rel=1e-9)
 
 
 def test_the_traced_limit_is_the_plain_one_above_a_first_unstable_interval_too():
