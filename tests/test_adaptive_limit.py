@@ -46,6 +46,7 @@ def search(speed, calls=None, curve=curve):
         process={"type": "Milling"},
         method={"type": "Duhamel"},
         seconds=1.0,
+        compiling=0.0,
     )
 
 
