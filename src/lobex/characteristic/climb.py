@@ -29,7 +29,7 @@ _UNMOVED = 1e-11
 _GUESSES = 6
 # Of Newton, so many at a time.
 _STEPS, _ROUNDS_OF_STEPS = 4, 5
-_CONVERGED = 1e-7
+_CONVERGED = 1e-10
 
 
 class Climbed(NamedTuple):
@@ -83,21 +83,24 @@ class _Search:
         """Count beyond the levels of the lanes, and seek what is not in hand; which are proven, and which go on."""
         level = self.level[lane]
         count = roots_beyond(self.loops, self.on_device, lane, level)
-        proven = count.decided & self._known(lane, count.roots)
+        proven = count.decided & (count.roots > 0) & (self._in_hand(lane) == count.roots)
         rest = np.flatnonzero(~proven)
         if len(rest):
             starts, unmoved = _starts(self.loops, lane[rest], level[rest], count.places[rest])
             self.add(lane[rest], starts, unmoved)
-            proven[rest] = count.decided[rest] & self._known(lane[rest], count.roots[rest])
+            in_hand, roots = self._in_hand(lane[rest]), count.roots[rest]
+            proven[rest] = count.decided[rest] & (roots > 0) & (in_hand == roots)
+            # More than there are: one of them is none.
+            self.found[lane[rest[in_hand > roots]]] = np.nan
         rest = ~proven
         self._next(lane[rest], count.roots[rest] > 0, count.decided[rest])
         return proven, rest & (self.distance[lane] > _CLOSE)
 
-    def _known(self, lane: Array, roots: Array) -> Array:
-        """Whether as many roots are in hand beyond the levels of the lanes; a pair counts twice."""
+    def _in_hand(self, lane: Array) -> Array:
+        """How many roots are known beyond the levels of the lanes; a pair counts twice."""
         mine = self.found[lane]
         weight = np.where(np.abs(mine.imag) > _REAL * (1 + np.abs(mine)), 2, 1)
-        return (np.sum(weight * (mine.real > self.level[lane, None]), axis=1) == roots) & (roots > 0)
+        return np.sum(weight * (mine.real > self.level[lane, None]), axis=1)
 
     def _next(self, lane: Array, some: Array, decided: Array) -> None:
         """Choose the next level: closer to the foremost root, or between what is known to have roots beyond and not."""
