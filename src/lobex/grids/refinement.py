@@ -133,7 +133,7 @@ class _Refinement:
         half = np.exp(np.interp(np.log(speeds), np.log(ends), np.log([self._turn(speed) for speed in ends])))
 
         def first(sizes: tuple[int, ...], turn: np.ndarray) -> np.ndarray:
-            tails = np.asarray(tail_bound(turn[:, None] + _BY_COEFFICIENTS, np.array(sizes[:-1])))
+            tails = tail_bound(turn[:, None] + _BY_COEFFICIENTS, np.array(sizes[:-1]))
             return np.sum(tails > np.sqrt(self.method.tolerance), axis=1)
 
         if points >= _MANY:
@@ -145,7 +145,7 @@ class _Refinement:
     def _turn(self, speed: float) -> float:
         """Radians that the mode to follow turns through in half of the widest piece in contact."""
         system = self.process.system(speed, 0.0)
-        rate = float(self.followed(np.asarray(quickness(jnp.asarray(system.blocks)))))
+        rate = float(self.followed(quickness(np.asarray(system.blocks))))
         widest = max(float(piece.length) for piece in system.feedback.pieces() if piece.idle is not True)
         return max(np.nan_to_num(rate * float(system.delay) * widest / 2), np.finfo(float).tiny)
 
