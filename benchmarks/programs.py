@@ -16,8 +16,6 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from machine import machine
-
 HERE = Path(__file__).parent
 STAGES = {
     "/jax/core/compile/jaxpr_trace_duration": "tracing",

@@ -180,7 +180,7 @@ class MillingFeedback:
 
     def pieces(self) -> tuple[Piece, ...]:
         start = self.entry * self.teeth / (2 * jnp.pi)
-        if self.layout == _WHOLE and _checks.is_traced(self.radial_immersion):
+        if self.layout == _WHOLE:
             return (Piece(start, 1.0, False),)
         whole, part = self._engaged()
         idle = (whole == 0) if self.layout is None else self.layout[1] == "idle"
@@ -212,7 +212,7 @@ class MillingFeedback:
         """Teeth in the cut just before a tooth enters, and the phase after it at which one leaves."""
         lib = namespace(self.exit, self.entry)
         engaged = (self.exit - self.entry) * self.teeth / (2 * lib.pi)
-        if self.layout == _WHOLE and _checks.is_traced(self.radial_immersion):
+        if self.layout == _WHOLE:
             return lib.round(engaged), lib.zeros_like(engaged)
         if self.layout == ("cut", "idle"):
             return lib.zeros_like(engaged), engaged
