@@ -32,8 +32,9 @@ _EFFORTS = (9, 16, 24, 0)
 # The pair is settled where it misses the discrete equations by less.
 _SETTLED = 1e-11
 _CHUNK_BYTES = 1e6
-# Structures prepared at a time, and points taken by the dense solver at a time.
-_SPEEDS = 32
+SPEEDS = 32
+"""Structures prepared at a time."""
+# Points taken by the dense solver at a time.
 _FEW = 64
 _MANY = 20_000
 # Radians over half a piece that coefficients add to those of the first mode, for the first guess alone.
@@ -111,15 +112,15 @@ class _Refinement:
 
         def prepare(method: Duhamel) -> object:
             with jax.enable_x64(True):
-                return _prepared(self.process, method, np.full(_SPEEDS, speed), gain, self.in_flight)
+                return prepared_at(self.process, method, np.full(SPEEDS, speed), gain, self.in_flight)
 
         def evaluate(method: Duhamel) -> object:
             with jax.enable_x64(True):
                 shapes = jax.eval_shape(
-                    partial(_prepared, in_flight=self.in_flight), self.process, method, np.full(_SPEEDS, speed), gain
+                    partial(prepared_at, in_flight=self.in_flight), self.process, method, np.full(SPEEDS, speed), gain
                 )
                 prepared = jax.tree.map(lambda part: np.zeros(part.shape, part.dtype), shapes)
-                slab = _Slab(self, np.full(_SPEEDS, speed), np.zeros(1, dtype=int), np.full(1, gain))
+                slab = _Slab(self, np.full(SPEEDS, speed), np.zeros(1, dtype=int), np.full(1, gain))
                 return slab.evaluate(prepared, np.zeros(1, dtype=int), method, _EFFORTS[0])
 
         return [partial(call, method) for method in methods for call in (evaluate, prepare)]
@@ -151,8 +152,8 @@ class _Refinement:
 
 
 def _shares(speeds: int) -> np.ndarray:
-    """Where slabs of up to _SPEEDS speeds begin, and the end: an even number of equal ones, whatever the cores."""
-    slabs = -(-speeds // _SPEEDS)
+    """Where slabs of up to SPEEDS speeds begin, and the end: an even number of equal ones, whatever the cores."""
+    slabs = -(-speeds // SPEEDS)
     return np.linspace(0, speeds, min(slabs + slabs % 2, speeds) + 1).astype(int)
 
 
@@ -185,8 +186,8 @@ class _Slab:
 
     def _settle(self, points: np.ndarray, method: Duhamel) -> None:
         """Compute points with the nodes of ``method``, with more effort where the pair does not settle."""
-        speeds = np.resize(self.speeds, _SPEEDS)
-        prepared = _prepared(self.whole.process, method, speeds, self.gain[0], self.whole.in_flight)
+        speeds = np.resize(self.speeds, SPEEDS)
+        prepared = prepared_at(self.whole.process, method, speeds, self.gain[0], self.whole.in_flight)
         for effort in _EFFORTS:
             self.dense_points += (effort == 0) * len(points)
             self.evaluate(prepared, points, method, effort)
@@ -216,7 +217,7 @@ class _Slab:
 
 
 @partial(jax.jit, static_argnames="in_flight")
-def _prepared(process: Process, method: Duhamel, speeds: Array, gain: Array, in_flight: int) -> Any:
+def prepared_at(process: Process, method: Duhamel, speeds: Array, gain: Array, in_flight: int) -> Any:
     """The structure's part of the operators at each speed."""
 
     def at(speed: Array) -> Any:
