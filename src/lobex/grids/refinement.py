@@ -24,9 +24,8 @@ from lobex.processes.process import Process
 
 Array = Any
 
-# Nodes per piece: a few sizes, since each is compiled for itself, and between them those that a few points begin with.
+# Nodes per piece: a few sizes, since each is compiled for itself.
 _SIZES = (6, 10, 16, 26, 42, 68, 110)
-_FIRST = (6, 8, 10, 13, 16, 20, 22, 26, 34, 42, 54, 68, 86, 110)
 # Work per point, lightest first: squarings of the operator, or 0 for the dense solver.
 _EFFORTS = (9, 16, 24, 0)
 # The pair is settled where it misses the discrete equations by less.
@@ -133,15 +132,10 @@ class _Refinement:
         # Turning is a power of the speed, or nearly, unless what is called speed is something else.
         half = np.exp(np.interp(np.log(speeds), np.log(ends), np.log([self._turn(speed) for speed in ends])))
 
-        def first(sizes: tuple[int, ...], turn: np.ndarray) -> np.ndarray:
-            tails = tail_bound(turn[:, None] + _BY_COEFFICIENTS, np.array(sizes[:-1]))
-            return np.sum(tails > np.sqrt(self.method.tolerance), axis=1)
-
-        if points >= _MANY:
-            return _SIZES, first(_SIZES, half)
+        tails = tail_bound(half[:, None] + _BY_COEFFICIENTS, np.array(_SIZES[:-1]))
+        first = np.sum(tails > np.sqrt(self.method.tolerance), axis=1)
         # Of few points it is quicker to compute some too finely than to compile one more size.
-        begin = _FIRST[first(_FIRST, np.max(half, keepdims=True))[0]]
-        return (begin, *(size for size in _SIZES if size > begin)), np.zeros(len(speeds), dtype=int)
+        return _SIZES, first if points >= _MANY else np.full(len(speeds), first.max())
 
     def _turn(self, speed: float) -> float:
         """Radians that the mode to follow turns through in half of the widest piece in contact."""
