@@ -45,6 +45,7 @@ bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/growth.py
 	$(BIN)/python benchmarks/wear.py
 	$(BIN)/python benchmarks/growth_of_studies.py
+	$(BIN)/python benchmarks/programs.py
 
 figures: $(VENV)/.package
 	$(BIN)/lobex reproduce --out figures

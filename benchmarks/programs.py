@@ -12,15 +12,38 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import jax
 import numpy as np
+
+from machine import machine
 
 HERE = Path(__file__).parent
 STAGES = {
     "/jax/core/compile/jaxpr_trace_duration": "tracing",
     "/jax/core/compile/jaxpr_to_mlir_module_duration": "lowering",
     "/jax/core/compile/backend_compile_duration": "compiling",
+}
+
+# Of each call in November 2026, when a model's numbers were still computed one operation, and so one program, at a
+# time: programs, seconds spent on them, and processor seconds of the call.
+BEFORE = {
+    "sweep, rod": (48, 3.9, 5.4),
+    "sweep, 1-DoF cutter": (40, 2.9, 4.2),
+    "sweep, 2-DoF cutter": (43, 3.4, 5.1),
+    "critical_gain, rod": (45, 3.4, 3.3),
+    "critical_gain, 1-DoF cutter": (41, 9.7, 10.0),
+    "critical_gain, 2-DoF cutter": (44, 7.5, 11.9),
+    "exact_limit, rod": (62, 5.6, 6.2),
+    "exact_limit, 1-DoF cutter": (46, 4.3, 4.8),
+    "boundary, rod": (47, 8.1, 10.1),
+    "boundary, 1-DoF cutter": (31, 6.5, 11.9),
+    "boundary, 2-DoF cutter": (34, 7.2, 19.1),
+    "sensitivities, rod": (63, 10.9, 13.3),
+    "sensitivities, 1-DoF cutter": (42, 9.3, 14.2),
+    "sensitivities, 2-DoF cutter": (45, 11.3, 18.3),
+    "march_wear, rod": (48, 2.0, 2.9),
 }
 
 
@@ -70,7 +93,7 @@ def calls() -> dict[str, Callable[[], object]]:
     }
 
 
-def measured(name: str) -> dict[str, object]:
+def measured(name: str) -> dict[str, Any]:
     """Programs compiled by one call in this process, what was spent on them, and the processor time of the call."""
     seconds: collections.Counter[str] = collections.Counter()
     programs: list[str] = []
@@ -89,7 +112,7 @@ def measured(name: str) -> dict[str, object]:
     return {"programs": programs, "seconds": dict(seconds), "processor": spent}
 
 
-def in_a_fresh_process(name: str) -> dict[str, object]:
+def in_a_fresh_process(name: str) -> dict[str, Any]:
     """``measured`` where nothing is compiled or cached yet."""
     environment = {k: v for k, v in os.environ.items() if not k.startswith("JAX_")}
     done = subprocess.run(
@@ -98,16 +121,43 @@ def in_a_fresh_process(name: str) -> dict[str, object]:
     return json.loads(done.stdout.splitlines()[-1])
 
 
+def table() -> str:
+    """The page: every call in a process of its own."""
+    rows = []
+    for name in calls():
+        found = in_a_fresh_process(name)
+        programs, seconds = len(found["programs"]), sum(found["seconds"].values())
+        old, old_seconds, old_processor = BEFORE[name]
+        rows.append(
+            f"| {name} | {old} | {programs} | {old_seconds:.1f} | {seconds:.1f} | {old_processor:.1f} "
+            f"| {found['processor']:.1f} |"
+        )
+        print(rows[-1], flush=True)
+    return "\n".join(
+        [
+            "# Programs that a first call compiles",
+            "",
+            "Made by `python benchmarks/programs.py`: each call in a fresh process with nothing cached, models made in "
+            "it. Seconds are those of tracing, lowering and compiling, added up over threads, and processor seconds "
+            "those of the whole call. What was before is written in that script.",
+            "",
+            "| first call | programs before | now | seconds before | now | processor seconds before | now |",
+            "|---|---|---|---|---|---|---|",
+            *rows,
+            "",
+            f"Machine: {machine()}.",
+            "",
+        ]
+    )
+
+
 if __name__ == "__main__":
-    if len(sys.argv) > 1:
-        found = measured(sys.argv[1])
-        if "--json" in sys.argv:
-            print(json.dumps(found))
-        else:
-            print(len(found["programs"]), found["seconds"], found["processor"])
-            for program, count in collections.Counter(found["programs"]).most_common():
-                print(count, program)
+    if len(sys.argv) == 1:
+        (HERE / "PROGRAMS.md").write_text(table())
+    elif "--json" in sys.argv:
+        print(json.dumps(measured(sys.argv[1])))
     else:
-        for name in calls():
-            found = in_a_fresh_process(name)
-            print(name, len(found["programs"]), found["seconds"], round(found["processor"], 1), flush=True)
+        one = measured(sys.argv[1])
+        print(one["seconds"], one["processor"])
+        for program, count in collections.Counter(one["programs"]).most_common():
+            print(count, program)

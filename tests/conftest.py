@@ -19,7 +19,11 @@ import pytest
 from compiled import Counter
 
 # Files that take longest begin first, so that the workers end together.
-LONGEST = ()
+LONGEST = (
+    *("notebooks", "gallery", "docs", "exact_limits", "study_processes", "duhamel", "critical", "critical_constant"),
+    *("random_models", "operators", "march_delay", "spectrum", "chatter", "sensitivity", "band", "boundary"),
+    *("shell", "reference", "gradients", "wear", "characteristic_roots", "sweep", "design", "readme", "store", "study"),
+)
 # Memory maps of a process, of the 65,530 that Linux allows; a compiled program holds some.
 MOST_MAPS = 30_000
 
@@ -48,7 +52,7 @@ def pytest_unconfigure(config):
 
 
 def pytest_collection_modifyitems(items):
-    rank = {name: number for number, name in enumerate(LONGEST)}
+    rank = {f"test_{name}.py": number for number, name in enumerate(LONGEST)}
     items.sort(key=lambda item: rank.get(item.path.name, len(rank)))
 
 
