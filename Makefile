@@ -1,5 +1,7 @@
 # make demo   make the environment and draw the first diagram, rub.nc and rub.png
-# make test   make the environment and run the tests
+# make test   make the environment and run the tests: under 8 minutes on two cores, nearly all of it compiling
+# make test-all   the same, and the long statistical searches that are marked so
+# make coverage   run the tests and print which lines no test runs
 # make lint   ruff and pyright
 # make bench  measure, and rewrite benchmarks/RESULTS.md
 # make figures  the thesis' figures into figures/, with their numbers
@@ -16,14 +18,22 @@ NEWEST := for p in python3.14 python3.13 python3.12 python3.11 python3 python; d
 PYTHON ?= $(shell $(NEWEST))
 VENV ?= .venv
 BIN := $(VENV)/bin
+# A file goes to one worker, which compiles for all its tests; those that take longest begin first (tests/conftest.py).
+PYTEST = $(BIN)/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder --durations 10
 
-.PHONY: demo test lint bench figures docs notebooks picture clean
+.PHONY: demo test test-all coverage lint bench figures docs notebooks picture clean
 
 demo: $(VENV)/.package
 	$(BIN)/lobex lobes rub --out rub
 
 test: $(VENV)/.test
-	$(BIN)/python -m pytest --numprocesses 2
+	$(PYTEST)
+
+test-all: $(VENV)/.test
+	$(PYTEST) -m "search or not search"
+
+coverage: $(VENV)/.test
+	$(PYTEST) --cov
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
@@ -35,6 +45,7 @@ bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/growth.py
 	$(BIN)/python benchmarks/wear.py
 	$(BIN)/python benchmarks/growth_of_studies.py
+	$(BIN)/python benchmarks/programs.py
 
 figures: $(VENV)/.package
 	$(BIN)/lobex reproduce --out figures

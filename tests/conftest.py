@@ -1,8 +1,12 @@
 import os
+import signal
 import tempfile
+from pathlib import Path
 
 # Before NumPy and SciPy load it: every worker has a core, and JAX a thread on each.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+# Before JAX loads: 0.9 writes a line of its own for every program that it finds in the cache.
+os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
 
 import matplotlib
 
@@ -12,30 +16,44 @@ import jax
 import matplotlib.pyplot as plt
 import pytest
 
+from compiled import Counter
 
-@pytest.fixture(autouse=True, scope="session")
-def _cache_of_compilations(tmp_path_factory):
-    """Shell commands keep their compiled programs beside the tests' files and not in the user's cache."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("XDG_CACHE_HOME", str(tmp_path_factory.mktemp("cache")))
-        yield
+# Files that take longest begin first, so that the workers end together.
+LONGEST = (
+    *("notebooks", "gallery", "docs", "exact_limits", "study_processes", "duhamel", "critical", "critical_constant"),
+    *("random_models", "operators", "march_delay", "spectrum", "chatter", "sensitivity", "band", "boundary"),
+    *("shell", "reference", "gradients", "wear", "characteristic_roots", "sweep", "design", "readme", "store", "study"),
+)
+# Memory maps of a process, of the 65,530 that Linux allows; a compiled program holds some.
+MOST_MAPS = 30_000
 
 
 def pytest_configure(config):
-    """The workers of a run share what they compile, in a folder that the run's end removes.
+    """The workers of a run and the processes that tests start share what they compile.
 
-    A folder named by LOBEX_TESTS_COMPILED is taken as it is and kept, for a next run that is to begin sooner.
+    It lies in a folder that the run's end removes. A folder named by LOBEX_TESTS_COMPILED is taken as it is and
+    kept, for a next run that is to begin sooner.
     """
     if "LOBEX_TESTS_COMPILED" not in os.environ:
-        config._compiled = tempfile.TemporaryDirectory(prefix="lobex-compiled-")
+        config._compiled = tempfile.TemporaryDirectory(prefix="lobex-compiled-", ignore_cleanup_errors=True)
         os.environ["LOBEX_TESTS_COMPILED"] = config._compiled.name
+    os.environ["JAX_COMPILATION_CACHE_DIR"] = os.environ["LOBEX_TESTS_COMPILED"]
+    os.environ["JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS"] = "0"
     jax.config.update("jax_compilation_cache_dir", os.environ["LOBEX_TESTS_COMPILED"])
-    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.3)
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+    config.pluginmanager.register(Counter())
+    # A run in the background ignores Ctrl-C, and with it every process that a test starts and interrupts.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_unconfigure(config):
     if hasattr(config, "_compiled"):
         config._compiled.cleanup()
+
+
+def pytest_collection_modifyitems(items):
+    rank = {f"test_{name}.py": number for number, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: rank.get(item.path.name, len(rank)))
 
 
 @pytest.fixture(autouse=True)
@@ -45,7 +63,9 @@ def _close_figures():
 
 
 @pytest.fixture(autouse=True, scope="module")
-def _forget_compilations():
-    """Every compiled program holds memory maps, and a process that keeps those of all files runs out of them."""
+def _few_memory_maps():
+    """A process that keeps the compiled programs of all files can run out of memory maps."""
     yield
-    jax.clear_caches()
+    maps = Path("/proc/self/maps")
+    if not maps.exists() or maps.read_bytes().count(b"\n") > MOST_MAPS:
+        jax.clear_caches()

@@ -2,11 +2,11 @@
 
 from typing import TYPE_CHECKING, Any
 
-import jax.numpy as jnp
 import numpy as np
 
 from lobex import _checks
 from lobex._float64 import in_float64
+from lobex._namespace import namespace
 from lobex._pytree import pytree
 
 if TYPE_CHECKING:
@@ -93,24 +93,25 @@ class Casing:
             ValueError: where ``surface`` has another number of cells.
         """
         cells = _checks.integer("cells", cells, 1)
+        lib = namespace(self)
         if self.surface is not None:
             if np.shape(self.surface)[0] != cells:
                 raise ValueError(
                     f"surface has {np.shape(self.surface)[0]} cells and {cells} are asked for; give as many cells as "
                     "steps per revolution, such as by np.interp"
                 )
-            return jnp.asarray(self.surface, dtype=jnp.result_type(float))
-        turn = jnp.arange(cells) / cells
+            return lib.asarray(self.surface, dtype=lib.result_type(float))
+        turn = lib.arange(cells) / cells
         if self.bump == "ovoid":
             short = self.radius - self.amplitude
-            angle = 2 * jnp.pi * turn
-            ellipse = short * self.radius / jnp.hypot(short * jnp.cos(angle), self.radius * jnp.sin(angle))
+            angle = 2 * lib.pi * turn
+            ellipse = short * self.radius / lib.hypot(short * lib.cos(angle), self.radius * lib.sin(angle))
             return self.clearance + ellipse - self.radius
         s = (turn * self.nodal_diameters) % 1 - 0.5
         if self.bump == "gaussian":
-            shape = jnp.exp(-((s / self.bump_width) ** 2))
+            shape = lib.exp(-((s / self.bump_width) ** 2))
         else:
-            shape = jnp.where(jnp.abs(s) < self.bump_width / 2, jnp.cos(jnp.pi * s / self.bump_width) ** 2, 0.0)
+            shape = lib.where(lib.abs(s) < self.bump_width / 2, lib.cos(lib.pi * s / self.bump_width) ** 2, 0.0)
         return self.clearance - self.amplitude * shape
 
     def plot(self, ax: "Axes | None" = None, magnification: float | None = None) -> "Axes":

@@ -25,6 +25,8 @@ Array = Any
 
 # The operators of one chunk: a few megabytes stay in cache, and larger chunks measured up to twice slower.
 _CHUNK_BYTES = 4e6
+# Gains that share what depends on the speed alone.
+_COLUMNS = 16
 # Below this residual the iterated |μ| agrees with the dense solver to 1e-9 (tests/test_sweep.py).
 _TRUSTED_RESIDUAL = 1e-11
 _BATCH = 128
@@ -42,30 +44,31 @@ def dominant_over_grid(
         return _by_roots(process, speeds, gains, method)
     if isinstance(method, Duhamel):
         return refined_over_grid(process, speeds, gains, method, progress)
-    chunk = _chunk_shape(process, method, speeds, gains)
+    chunk = _chunk_shape(process, method, speeds[0], gains[0])
     shape = (len(speeds), len(gains))
     multiplier = np.full(shape, np.nan, dtype=np.complex128)
     frequency, residual = np.full(shape, np.nan), np.full(shape, np.inf)
     starts = [(i, j) for i in range(0, shape[0], chunk[0]) for j in range(0, shape[1], chunk[1])]
 
     def work(number: int) -> tuple[Any, list[np.ndarray]]:
-        # The last chunks reach back over points already done, so that one shape serves all.
-        i, j = (
-            min(start, max(whole - size, 0)) for start, whole, size in zip(starts[number], shape, chunk, strict=True)
+        # Filled up with repeats, so that one shape serves every grid.
+        part = tuple(
+            np.arange(start, min(start + size, whole))
+            for start, whole, size in zip(starts[number], shape, chunk, strict=True)
         )
-        part = np.s_[i : i + chunk[0], j : j + chunk[1]]
+        row, column = (np.resize(index, size) for index, size in zip(part, chunk, strict=True))
         with on_device(number):
-            result = _dominant(process, speeds[part[0], None], gains[part[1]], method, _EFFORTS[0], False)
-            return part, [np.asarray(values) for values in result]
+            result = _dominant(process, speeds[row, None], gains[column], method, _EFFORTS[0], False)
+            return np.ix_(*part), [np.asarray(values)[: len(part[0]), : len(part[1])] for values in result]
 
     with (
         tqdm(total=multiplier.size, unit="pt", unit_scale=True, disable=not progress, leave=False) as bar,
         ThreadPoolExecutor(len(jax.local_devices())) as pool,
     ):
-        for (i, j), (part, results) in zip(starts, pool.map(carried(work), range(len(starts))), strict=True):
+        for part, results in pool.map(carried(work), range(len(starts))):
             for target, values in zip((multiplier, frequency, residual), results, strict=True):
                 target[part] = values
-            bar.update((min(i + chunk[0], shape[0]) - i) * (min(j + chunk[1], shape[1]) - j))
+            bar.update(results[0].size)
     doubtful = np.nonzero(_untrusted(multiplier, residual))
     again = _at_points(process, speeds[doubtful[0]], gains[doubtful[1]], method, _EFFORTS[1:])
     multiplier[doubtful], frequency[doubtful] = again.multiplier, again.frequency
@@ -115,12 +118,12 @@ def _untrusted(multiplier: np.ndarray, residual: np.ndarray) -> np.ndarray:
     return ~(residual < _TRUSTED_RESIDUAL) | ~np.isfinite(multiplier)
 
 
-def _chunk_shape(process: Process, method: Method, speeds: np.ndarray, gains: np.ndarray) -> tuple[int, int]:
-    system = process.system(speeds[0], gains[0])
-    points = max(int(_CHUNK_BYTES / (8 * method.size(system) ** 2)), 1)
-    # Parts of equal size: the last chunk of a row repeats as little as possible of the one before.
-    columns = -(-len(gains) // -(-len(gains) // points))
-    return min(len(speeds), max(points // columns, 1)), columns
+def _chunk_shape(process: Process, method: Method, speed: float, gain: float) -> tuple[int, int]:
+    """Speeds and gains of a chunk: whatever the grid, so that a method of a process is compiled once for all."""
+    size = method.size(process.system(speed, gain))
+    points = max(int(_CHUNK_BYTES / (8 * size**2)), 1)
+    columns = min(points, _COLUMNS)
+    return points // columns, columns
 
 
 @partial(jax.jit, static_argnames="densely")

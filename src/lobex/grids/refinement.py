@@ -25,16 +25,16 @@ from lobex.processes.process import Process
 
 Array = Any
 
-# Nodes per piece: a few sizes, since each is compiled for itself, and between them those that a few points begin with.
+# Nodes per piece: a few sizes, since each is compiled for itself.
 _SIZES = (6, 10, 16, 26, 42, 68, 110)
-_FIRST = (6, 8, 10, 13, 16, 20, 22, 26, 34, 42, 54, 68, 86, 110)
 # Work per point, lightest first: squarings of the operator, or 0 for the dense solver.
 _EFFORTS = (9, 16, 24, 0)
 # The pair is settled where it misses the discrete equations by less.
 _SETTLED = 1e-11
 _CHUNK_BYTES = 1e6
-# Structures prepared at a time, and points taken by the dense solver at a time.
-_SPEEDS = 32
+SPEEDS = 32
+"""Structures prepared at a time."""
+# Points taken by the dense solver at a time.
 _FEW = 64
 MANY = 20_000
 # Radians over half a piece that coefficients add to those of the first mode, for the first guess alone.
@@ -112,15 +112,15 @@ class _Refinement:
 
         def prepare(method: Duhamel) -> object:
             with jax.enable_x64(True):
-                return _prepared(self.process, method, np.full(_SPEEDS, speed), gain, self.in_flight)
+                return prepared_at(self.process, method, np.full(SPEEDS, speed), gain, self.in_flight)
 
         def evaluate(method: Duhamel) -> object:
             with jax.enable_x64(True):
                 shapes = jax.eval_shape(
-                    partial(_prepared, in_flight=self.in_flight), self.process, method, np.full(_SPEEDS, speed), gain
+                    partial(prepared_at, in_flight=self.in_flight), self.process, method, np.full(SPEEDS, speed), gain
                 )
                 prepared = jax.tree.map(lambda part: np.zeros(part.shape, part.dtype), shapes)
-                slab = _Slab(self, np.full(_SPEEDS, speed), np.zeros(1, dtype=int), np.full(1, gain))
+                slab = _Slab(self, np.full(SPEEDS, speed), np.zeros(1, dtype=int), np.full(1, gain))
                 return slab.evaluate(prepared, np.zeros(1, dtype=int), method, _EFFORTS[0])
 
         return [partial(call, method) for method in methods for call in (evaluate, prepare)]
@@ -133,27 +133,22 @@ class _Refinement:
         # Turning is a power of the speed, or nearly, unless what is called speed is something else.
         half = np.exp(np.interp(np.log(speeds), np.log(ends), np.log([self._turn(speed) for speed in ends])))
 
-        def first(sizes: tuple[int, ...], turn: np.ndarray) -> np.ndarray:
-            tails = np.asarray(tail_bound(turn[:, None] + _BY_COEFFICIENTS, np.array(sizes[:-1])))
-            return np.sum(tails > np.sqrt(self.method.tolerance), axis=1)
-
-        if points >= MANY:
-            return _SIZES, first(_SIZES, half)
+        tails = tail_bound(half[:, None] + _BY_COEFFICIENTS, np.array(_SIZES[:-1]))
+        first = np.sum(tails > np.sqrt(self.method.tolerance), axis=1)
         # Of few points it is quicker to compute some too finely than to compile one more size.
-        begin = _FIRST[first(_FIRST, np.max(half, keepdims=True))[0]]
-        return (begin, *(size for size in _SIZES if size > begin)), np.zeros(len(speeds), dtype=int)
+        return _SIZES, first if points >= MANY else np.full(len(speeds), first.max())
 
     def _turn(self, speed: float) -> float:
         """Radians that the mode to follow turns through in half of the widest piece in contact."""
         system = self.process.system(speed, 0.0)
-        rate = float(self.followed(np.asarray(quickness(jnp.asarray(system.blocks)))))
+        rate = float(self.followed(quickness(np.asarray(system.blocks))))
         widest = max(float(piece.length) for piece in system.feedback.pieces() if piece.idle is not True)
         return max(np.nan_to_num(rate * float(system.delay) * widest / 2), np.finfo(float).tiny)
 
 
 def _shares(speeds: int) -> np.ndarray:
-    """Where slabs of up to _SPEEDS speeds begin, and the end: an even number of equal ones, whatever the cores."""
-    slabs = -(-speeds // _SPEEDS)
+    """Where slabs of up to SPEEDS speeds begin, and the end: an even number of equal ones, whatever the cores."""
+    slabs = -(-speeds // SPEEDS)
     return np.linspace(0, speeds, min(slabs + slabs % 2, speeds) + 1).astype(int)
 
 
@@ -186,8 +181,8 @@ class _Slab:
 
     def _settle(self, points: np.ndarray, method: Duhamel) -> None:
         """Compute points with the nodes of ``method``, with more effort where the pair does not settle."""
-        speeds = np.resize(self.speeds, _SPEEDS)
-        prepared = _prepared(self.whole.process, method, speeds, self.gain[0], self.whole.in_flight)
+        speeds = np.resize(self.speeds, SPEEDS)
+        prepared = prepared_at(self.whole.process, method, speeds, self.gain[0], self.whole.in_flight)
         for effort in _EFFORTS:
             self.dense_points += (effort == 0) * len(points)
             self.evaluate(prepared, points, method, effort)
@@ -217,7 +212,7 @@ class _Slab:
 
 
 @partial(jax.jit, static_argnames="in_flight")
-def _prepared(process: Process, method: Duhamel, speeds: Array, gain: Array, in_flight: int) -> Any:
+def prepared_at(process: Process, method: Duhamel, speeds: Array, gain: Array, in_flight: int) -> Any:
     """The structure's part of the operators at each speed."""
 
     def at(speed: Array) -> Any:

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
+from lobex._namespace import namespace
 from lobex.limits.receptance import Curve, clustered
 
 Array = Any
@@ -39,7 +40,8 @@ class Cells(NamedTuple):
 
 def half_turns(response: Array) -> Array:
     """−arg G/π − 1/2, with arg G in (−2π, 0]: continuous where Re G < 0, for Im G of either sign."""
-    return jnp.mod(jnp.arctan2(-response.imag, response.real), 2 * jnp.pi) / jnp.pi - 0.5
+    lib = namespace(response)
+    return lib.mod(lib.arctan2(-response.imag, response.real), 2 * lib.pi) / lib.pi - 0.5
 
 
 def half_turn_rate(response: Array, slope: Array) -> Array:

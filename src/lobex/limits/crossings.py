@@ -16,8 +16,9 @@ from lobex.floquet.chatter import carrier_frequency, chatter_frequency
 from lobex.floquet.dense import Triple
 from lobex.floquet.power import Pair, as_pair
 from lobex.grids.evaluation import dominant_at_points
-from lobex.limits.growth import CONVERGED, SQUARINGS, Crossing, Family, find_crossing
-from lobex.operators.duhamel import IN_FLIGHT, Duhamel
+from lobex.grids.refinement import SPEEDS, prepared_at
+from lobex.limits.growth import CONVERGED, SQUARINGS, Family, find_crossing
+from lobex.operators.duhamel import Duhamel
 from lobex.operators.elimination import inverse
 from lobex.operators.operator import Method
 from lobex.operators.response import samples_in_flight
@@ -29,21 +30,21 @@ Array = Any
 # A second multiplier is in a tie where its log|μ| at the limit is above minus this.
 TIE = 1e-7
 _SAME = 1e-9
-_BATCH = 64
+# What a crossing gets: gain, growth and slope, its label, and the residual.
+_RESULTS = 8
 # Work per crossing, lightest first: squarings of the operator, or 0 for the dense solver.
 _EFFORTS = (SQUARINGS, 24, 0)
 _RESIDUAL = 1e-9
 
 
 class Label(NamedTuple):
-    """Of a crossing: chatter frequency (Hz), kind, |μ| of the strongest multiplier beside the dominant pair, the
-    estimated relative error of |μ| (NaN where the method gives none), and the residual of the pair."""
+    """Of a crossing: chatter frequency (Hz), kind, |μ| of the strongest multiplier beside the dominant pair, and the
+    estimated relative error of |μ| (NaN where the method gives none)."""
 
     frequency: Array
     kind: Array
     rival: Array
     error: Array
-    residual: Array
 
 
 class Crossings(NamedTuple):
@@ -81,15 +82,14 @@ def polished(process: Process, method: Method, speeds: np.ndarray, brackets: Bra
     """The crossings in brackets at speeds (n,), Hz, of all lanes side by side; call in the scope of float64."""
     count = len(brackets.lane)
     in_flight = samples_in_flight(process.system(np.min(speeds), 0.0))
-    parts = [np.full(count, np.nan) for _ in range(len(Crossing._fields) + len(Label._fields))]
+    parts = [np.full(count, np.nan) for _ in range(_RESULTS)]
     gain, growth, slope, frequency, kind, rival, error, residual = parts
     for nodes in np.unique(brackets.nodes):
         sized = replace(method, nodes=int(nodes)) if isinstance(method, Duhamel) else method
         left = np.flatnonzero(brackets.nodes == nodes)
         for effort in _EFFORTS:
             arrays = speeds[brackets.lane[left]], *(a[left] for a in brackets[1:5])
-            work = partial(_polished, process, sized, effort, in_flight=in_flight, densely=effort == 0)
-            results = _on_all_cores(work, arrays)
+            results = _on_all_cores(partial(_polished_batch, process, sized, effort, in_flight), arrays)
             for target, result in zip(parts, results, strict=True):
                 target[left] = result
             left = left[~((np.abs(growth[left]) < CONVERGED) & (residual[left] < _RESIDUAL))]
@@ -114,67 +114,76 @@ def _on_all_cores(function: Any, arrays: tuple[np.ndarray, ...]) -> list[np.ndar
     total = len(arrays[0])
 
     def work(start: int) -> Any:
-        index = np.resize(np.arange(start, min(start + _BATCH, total)), _BATCH)
-        with on_device(start // _BATCH):
+        index = np.resize(np.arange(start, min(start + SPEEDS, total)), SPEEDS)
+        with on_device(start // SPEEDS):
             return [np.asarray(part) for part in function(*(a[index] for a in arrays))]
 
-    starts = range(0, total, _BATCH)
+    starts = range(0, total, SPEEDS)
     first = work(0)
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         rest = list(pool.map(work, starts[1:]))
     return [np.concatenate(part)[:total] for part in zip(first, *rest, strict=True)]
 
 
-@partial(jax.jit, static_argnames=("in_flight", "densely"))
+def _polished_batch(
+    process: Process, method: Method, effort: int, in_flight: int, speed: np.ndarray, low: np.ndarray, *others: Any
+) -> tuple[Array, ...]:
+    # The scan has compiled this for as many speeds.
+    prepared = prepared_at(process, method, speed, low[0], in_flight) if isinstance(method, Duhamel) else None
+    return _polished(process, method, effort, prepared, speed, low, *others, densely=effort == 0)
+
+
+@partial(jax.jit, static_argnames="densely")
 def _polished(
     process: Process,
     method: Method,
     squarings: Array,
+    prepared: Any,
     speed: Array,
     low: Array,
     high: Array,
     start: Array,
     end: Array,
-    in_flight: int,
     densely: bool,
 ) -> tuple[Array, ...]:
-    def one(speed: Array, low: Array, high: Array, start: Array, end: Array) -> tuple[Array, ...]:
-        prepared, family = operator_family(process, method, speed, low, densely, in_flight)
-        crossing = find_crossing(family, low, high, (start, end), squarings, densely)
-        gain = jnp.where(jnp.isnan(crossing.gain), low, crossing.gain)
-        return *crossing, *_label(process, method, prepared, family, speed, gain, squarings, densely)
+    def one(prepared: Any, speed: Array, low: Array, high: Array, start: Array, end: Array) -> tuple[Array, ...]:
+        family = _family(process, method, prepared, speed, densely)
+        found = find_crossing(family, low, high, (start, end), squarings, densely)
+        gain = jnp.where(jnp.isnan(found.gain), low, found.gain)
+        label = _label(process, method, prepared, found.matrix, found.triple, speed, gain, squarings, densely)
+        return found.gain, found.growth, found.slope, *label, found.residual
 
-    return jax.vmap(one)(speed, low, high, start, end)
+    return jax.vmap(one)(prepared, speed, low, high, start, end)
 
 
-def operator_family(
-    process: Process, method: Method, speed: Array, gain: Array, densely: bool = False, in_flight: int = IN_FLIGHT
-) -> tuple[Any, Family]:
-    """What a method prepares at a speed, once for all gains, and the operator's matrix as a function of the gain."""
+def _family(process: Process, method: Method, prepared: Any, speed: Array, densely: bool) -> Family:
     if isinstance(method, Duhamel):
-        prepared = method.prepare(process.system(speed, gain), process.gain.delayed_only, in_flight)
         solve = jnp.linalg.inv if densely else inverse
-        return prepared, lambda gain: method.assemble(prepared, process.system(speed, gain).feedback, solve)
-    return None, lambda gain: method.operator(process.system(speed, gain)).matrix
+        return lambda gain: method.assemble(prepared, process.system(speed, gain).feedback, solve)
+    return lambda gain: method.operator(process.system(speed, gain)).matrix
+
+
+def operator_family(process: Process, method: Method, speed: Array, gain: Array) -> tuple[Any, Family]:
+    """What a method prepares at a speed, once for all gains, and the operator's matrix as a function of the gain."""
+    prepared = None
+    if isinstance(method, Duhamel):
+        prepared = method.prepare(process.system(speed, gain), process.gain.delayed_only)
+    return prepared, _family(process, method, prepared, speed, densely=True)
 
 
 def _label(
     process: Process,
     method: Method,
     prepared: Any,
-    family: Family,
+    matrix: Array,
+    triple: Triple,
     speed: Array,
     gain: Array,
     squarings: Array,
     densely: bool,
 ) -> Label:
     """What goes on at one limit."""
-    matrix, system = family(gain), process.system(speed, gain)
-    if densely:
-        triple, residual = dense.triple(matrix), jnp.zeros_like(gain)
-    else:
-        triple, residual = power.dominant_triple(matrix, squarings)
-    value = triple.value
+    system, value = process.system(speed, gain), triple.value
     if isinstance(method, Duhamel):
         pair = Pair(*map(as_pair, (value, triple.right, triple.left / (triple.left @ triple.right))))
         motion = method.motion(prepared, system, pair)
@@ -185,8 +194,7 @@ def _label(
         error = jnp.full_like(gain, jnp.nan)
     real = jnp.abs(value.imag) <= _SAME * jnp.abs(value)
     kind = jnp.where(real, jnp.where(value.real < 0, Kind.FLIP, Kind.FOLD), Kind.HOPF)
-    rival = _rival(matrix, triple, real, squarings, densely)
-    return Label(frequency, kind, rival, error, residual)
+    return Label(frequency, kind, _rival(matrix, triple, real, squarings, densely), error)
 
 
 def _rival(matrix: Array, triple: Triple, real: Array, squarings: Array, densely: bool) -> Array:
@@ -204,5 +212,8 @@ def _rival(matrix: Array, triple: Triple, real: Array, squarings: Array, densely
 
 def label_densely(process: Process, method: Method, speed: Array, gain: Array) -> Label:
     """``Label`` of one point by the dense solver, for use under a caller's own transformations."""
-    prepared, family = operator_family(process, method, speed, gain, densely=True)
-    return _label(process, method, prepared, family, speed, gain, jnp.zeros((), int), densely=True)
+    prepared, family = operator_family(process, method, speed, gain)
+    matrix = family(gain)
+    return _label(
+        process, method, prepared, matrix, dense.triple(matrix), speed, gain, jnp.zeros((), int), densely=True
+    )

@@ -8,9 +8,8 @@ point, Im G < 0, has the upper half of that alone; where force and displacement 
 have any argument, and Re G < 0 below the first mode too.
 """
 
-from collections.abc import Callable
 from functools import partial
-from typing import Any, cast
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -18,10 +17,12 @@ import numpy as np
 
 from lobex import _checks
 from lobex._float64 import in_float64
+from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex.limits.above import above
-from lobex.limits.brackets import cells, half_turns
-from lobex.limits.receptance import Curve, ModalCurve, Receptance, SampledCurve, receptance
+from lobex.limits.batches import in_batches
+from lobex.limits.brackets import Cells, cells, half_turns
+from lobex.limits.receptance import Curve, ModalCurve, Receptance, SampledCurve, as_complex, receptance
 from lobex.limits.search import Crossing, lowest_crossing, phase
 from lobex.processes.process import check_speed
 from lobex.processes.regenerative import Rub, Turning
@@ -166,13 +167,16 @@ def _as_array(leaf: Any) -> Array:
     return np.asarray(leaf, dtype=float) if isinstance(leaf, list | tuple) else leaf
 
 
-def _curve(source: Source) -> tuple[Curve, Array]:
-    """The receptance of a source, and its contact stiffness per unit of gain."""
+def _curve(source: Source) -> Curve:
+    """The receptance of a source."""
     if isinstance(source, Receptance):
-        return SampledCurve(source), 1.0
-    if isinstance(source, Modes):
-        return ModalCurve(source), 1.0
-    return ModalCurve(source.modes), source.radial if isinstance(source, Turning) else 1.0
+        return SampledCurve(source)
+    return ModalCurve(source if isinstance(source, Modes) else source.modes)
+
+
+def _stiffness(source: Source) -> Array:
+    """Its contact stiffness per unit of gain."""
+    return source.radial if isinstance(source, Turning) else 1.0
 
 
 def _gain(curve: Curve, row: Array, offset: Array) -> Array:
@@ -182,57 +186,67 @@ def _gain(curve: Curve, row: Array, offset: Array) -> Array:
 
 
 @in_float64
-@partial(jax.jit, static_argnames="lobes")
 def _branches(source: Source, omega: Array, lobes: int) -> tuple[Array, Array]:
-    _, stiffness = _curve(source)
-    omega = jnp.asarray(omega, dtype=jnp.result_type(float))
+    lib = namespace(source, omega)
+    omega = lib.asarray(omega, dtype=lib.result_type(float))
     response = receptance(source if isinstance(source, Modes | Receptance) else source.modes, omega)
     there = response.real < 0
-    # The overloads of where in jax 0.9 hide that it returns one array.
-    real = cast(Array, jnp.where(there, response.real, -1.0))
-    speed = _lobe_speeds(jax.lax.complex(real, response.imag), omega, lobes)
-    return jnp.where(there, -0.5 / real / stiffness, jnp.nan), jnp.where(there, speed, jnp.nan)
+    real = lib.where(there, response.real, -1.0)
+    speed = _lobe_speeds(as_complex(real, response.imag), omega, lobes)
+    return lib.where(there, -0.5 / real / _stiffness(source), lib.nan), lib.where(there, speed, lib.nan)
 
 
 def _lobe_speeds(response: Array, omega: Array, lobes: int) -> Array:
-    numbers = jnp.arange(1, lobes + 1).reshape(-1, *(1,) * omega.ndim)
+    numbers = np.arange(1, lobes + 1).reshape(-1, *(1,) * omega.ndim)
     return omega / (2 * jnp.pi * (numbers - half_turns(response)))
 
 
-@in_float64
+# Of a structure, whatever is asked of it.
 @jax.jit
+def _cells(source: Source) -> Cells:
+    return cells(_curve(jax.lax.stop_gradient(source)))
+
+
+@in_float64
 def _critical(source: Source, speed: Array, lowest: Array | None) -> tuple[Array, Array, Array, Array]:
-    curve, stiffness = _curve(source)
-    speed = jnp.asarray(speed, dtype=jnp.result_type(float))
+    lib = namespace(source, speed, lowest)
+    speed = lib.asarray(speed, dtype=lib.result_type(float))
+    flat, parts, count = speed.ravel(), _cells(source), speed.size
+    if lib is jnp and count <= _BATCH:
+        results = _limits(source, parts, lowest, flat)
+    elif count == 0:
+        results = flat, flat, flat.astype(int), flat > 0
+    elif lib is jnp:
+        # Whole batches only, the last filled up with repeats: a shorter one would be compiled a second time.
+        rows = -(-count // _BATCH)
+        filled = jnp.concatenate([flat, jnp.broadcast_to(flat[-1], (rows * _BATCH - count,))])
+        results = jax.lax.map(partial(_limits, source, parts, lowest), filled.reshape(rows, _BATCH))
+    else:
+        results = in_batches(_limits, (source, parts, lowest), (flat,), _BATCH)
+    gain, omega, lobe, tie = (r.ravel()[:count].reshape(speed.shape) for r in results)
+    return gain, omega, lobe, tie
+
+
+@jax.jit
+def _limits(source: Source, parts: Cells, lowest: Array | None, speed: Array) -> tuple[Array, Array, Array, Array]:
+    """At speeds (b,)."""
+    curve = _curve(source)
     # The search is done with the values alone; the derivative is put on its result.
-    still, _ = _curve(jax.lax.stop_gradient(source))
-    parts = cells(still)
+    still = _curve(jax.lax.stop_gradient(source))
 
     def point(speed: Array) -> tuple[Array, Array, Array, Array]:
         still_speed = jax.lax.stop_gradient(speed)
         mine, stable = parts, True
         if lowest is not None:
-            mine, stable = above(still, parts, still_speed, lowest * jax.lax.stop_gradient(stiffness))
+            mine, stable = above(still, parts, still_speed, lowest * jax.lax.stop_gradient(_stiffness(source)))
         found = lowest_crossing(still, mine, still_speed)
         offset = _follow(curve, speed, found)
         exists = stable & (found.gain < jnp.inf)
-        gain = jnp.where(exists, _gain(curve, found.row, offset) / stiffness, jnp.nan)
+        gain = jnp.where(exists, _gain(curve, found.row, offset) / _stiffness(source), jnp.nan)
         omega = jnp.where(exists, curve.anchor[found.row] + offset, jnp.nan)
         return gain, omega, found.lobe.astype(int), found.tie
 
-    gain, omega, lobe, tie = (r.reshape(speed.shape) for r in _in_batches(point, speed.ravel()))
-    return gain, omega, lobe, tie
-
-
-def _in_batches(point: Callable[[Array], tuple[Array, ...]], speed: Array) -> tuple[Array, ...]:
-    count = speed.shape[0]
-    if count <= _BATCH:
-        return jax.vmap(point)(speed)
-    # Whole batches only, the last filled up with repeats: a shorter one would be compiled a second time.
-    rows = -(-count // _BATCH)
-    filled = jnp.concatenate([speed, jnp.broadcast_to(speed[-1], (rows * _BATCH - count,))])
-    results = jax.lax.map(jax.vmap(point), filled.reshape(rows, _BATCH))
-    return tuple(r.ravel()[:count] for r in results)
+    return jax.vmap(point)(speed)
 
 
 def _follow(curve: Curve, speed: Array, found: Crossing) -> Array:
@@ -245,11 +259,14 @@ def _follow(curve: Curve, speed: Array, found: Crossing) -> Array:
 
 
 @in_float64
-@partial(jax.jit, static_argnames="lobes")
 def _minimum(source: Source, lobes: int) -> tuple[Array, Array, Array]:
-    curve, stiffness = _curve(source)
-    still, _ = _curve(jax.lax.stop_gradient(source))
-    lowest = jax.tree.map(lambda a: a[0], cells(still))
+    return _least(source, _cells(source), lobes)
+
+
+@partial(jax.jit, static_argnames="lobes")
+def _least(source: Source, parts: Cells, lobes: int) -> tuple[Array, Array, Array]:
+    curve = _curve(source)
+    lowest = jax.tree.map(lambda a: a[0], parts)
     row, offset = lowest.row, lowest.low
     _, slope, bend = curve.at(row, offset)
     # At an end of a measured band the minimum is no zero of the slope, and stays where it is.
@@ -259,6 +276,6 @@ def _minimum(source: Source, lobes: int) -> tuple[Array, Array, Array]:
     exists = lowest.gain < jnp.inf
     omega = curve.anchor[row] + offset
     response = jnp.where(exists, curve.at(row, offset)[0], -1.0)
-    gain = _gain(curve, row, offset) / stiffness
+    gain = _gain(curve, row, offset) / _stiffness(source)
     speed = _lobe_speeds(response, omega, lobes)
     return jnp.where(exists, gain, jnp.nan), jnp.where(exists, omega, jnp.nan), jnp.where(exists, speed, jnp.nan)

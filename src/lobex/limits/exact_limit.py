@@ -159,13 +159,13 @@ def _hayes(process: Scalar, speed: Array) -> tuple[Array, Array, Kind, Array, Ar
 def _frequencies(source: Source) -> Array:
     """Frequencies dense at the resonances, up to three times the highest."""
     if isinstance(source, Receptance):
-        knots = 2 * jnp.pi * jnp.asarray(source.frequency)
+        knots = 2 * np.pi * np.asarray(source.frequency)
     else:
         modes = source.modes if isinstance(source, Rub | Turning) else source
         curve = ModalCurve(modes)
         row, offset = curve.grid()
-        knots = jnp.sort(curve.anchor[row] + offset)
-        knots = knots[(knots > 0) & (knots < _REACH * jnp.max(curve.anchor))]
-    parts = jnp.arange(_FILL) / _FILL
-    filled = (knots[:-1, None] + parts * jnp.diff(knots)[:, None]).ravel()
-    return jnp.unique(jnp.append(filled, knots[-1]))
+        knots = np.sort(curve.anchor[row] + offset)
+        knots = knots[(knots > 0) & (knots < _REACH * np.max(curve.anchor))]
+    parts = np.arange(_FILL) / _FILL
+    filled = (knots[:-1, None] + parts * np.diff(knots)[:, None]).ravel()
+    return np.unique(np.append(filled, knots[-1]))

@@ -1,6 +1,7 @@
 """Growth per delay, log max|μ|, its slope, and the gain at which it is zero."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import jax
@@ -39,11 +40,11 @@ def growth_and_gradient(
         return method.operator(process.system(speed, gain)).matrix
 
     one, zero = jnp.ones_like(speed), jnp.zeros_like(speed)
-    operator, by_speed = jax.jvp(matrix, (speed, gain), (one, zero))
-    _, by_gain = jax.jvp(matrix, (speed, gain), (zero, one))
+    operator, along = jax.linearize(matrix, speed, gain)
+    changes = jax.vmap(along)(jnp.stack([one, zero]), jnp.stack([zero, one]))
     triple, residual = iteration.dominant_triple(operator)
-    rates = (_rate(triple, change) for change in (by_speed, by_gain))
-    return jnp.log(jnp.abs(triple.value)), *rates, residual
+    by_speed, by_gain = jax.vmap(partial(_rate, triple))(changes)
+    return jnp.log(jnp.abs(triple.value)), by_speed, by_gain, residual
 
 
 def _rate(triple: Triple, change: Array) -> Array:
@@ -53,11 +54,23 @@ def _rate(triple: Triple, change: Array) -> Array:
 
 
 class Crossing(NamedTuple):
-    """A root of the growth in a bracket: the gain, the growth left there, and its slope."""
+    """A root of the growth in a bracket.
+
+    Attributes:
+        gain: where it is.
+        growth: what is left there.
+        slope: of the growth.
+        matrix: the operator there, (N, N).
+        triple: its dominant multiplier and vectors.
+        residual: of these.
+    """
 
     gain: Array
     growth: Array
     slope: Array
+    matrix: Array
+    triple: Triple
+    residual: Array
 
 
 # Steps taken, the ends of the bracket, the next gain, and the best so far.
@@ -96,7 +109,8 @@ def find_crossing(
         same = jnp.sign(value) == jnp.sign(start)
         low, high = jnp.where(trusted & same, gain, low), jnp.where(trusted & ~same, gain, high)
         better = trusted & ~(jnp.abs(value) >= jnp.abs(best.growth))
-        best = jax.tree.map(lambda new, old: jnp.where(better, new, old), Crossing(gain, value, slope), best)
+        new = Crossing(gain, value, slope, matrix, triple, residual)
+        best = jax.tree.map(lambda new, old: jnp.where(better, new, old), new, best)
         newton = gain - value / slope
         inside = trusted & (newton > low - margin) & (newton < high + margin)
         return count + 1, low, high, jnp.where(inside, newton, (low + high) / 2), best
@@ -106,5 +120,8 @@ def find_crossing(
 
     # Regula falsi of the ends is the first guess, kept off the ends themselves.
     share = jnp.clip(start / (start - end), 0.02, 0.98)
-    none = Crossing(*(jnp.full_like(start, jnp.nan),) * 3)
+    matrix = jax.eval_shape(family, low)
+    nothing, vector = jnp.full_like(start, jnp.nan), jnp.zeros(matrix.shape[0], jnp.result_type(matrix.dtype, 1j))
+    still = Triple(vector[0], vector, vector)
+    none = Crossing(nothing, nothing, nothing, jnp.zeros(matrix.shape, matrix.dtype), still, nothing)
     return jax.lax.while_loop(going, step, (0, low, high, low + share * (high - low), none))[4]

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex import _checks
+from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._warnings import warn
 from lobex.limits.measurement import MEASURED, as_receptance, suspicion
@@ -100,13 +101,15 @@ def receptance(source: Modes | Receptance, omega: Array) -> Array:
     Returns:
         Array of the shape of ``omega``; NaN outside the band of a measurement.
     """
-    omega = jnp.asarray(omega, dtype=jnp.result_type(float))
-    if isinstance(source, Modes):
-        return _modal_response(source, jnp.asarray(source.angular_frequency) - omega[..., None], omega)[0]
-    curve = SampledCurve(source)
-    row = jnp.clip(jnp.searchsorted(curve.anchor, omega, side="right") - 1, 0, curve.rows - 1)
-    inside = (omega >= curve.anchor[0]) & (omega <= curve.knot[-1])
-    return jnp.where(inside, curve.at(row, omega - curve.anchor[row])[0], jnp.nan)
+    lib = namespace(source, omega)
+    omega = lib.asarray(omega, dtype=lib.result_type(float))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        if isinstance(source, Modes):
+            return _modal_response(source, lib.asarray(source.angular_frequency) - omega[..., None], omega)[0]
+        curve = SampledCurve(source)
+        row = lib.clip(lib.searchsorted(curve.anchor, omega, side="right") - 1, 0, curve.rows - 1)
+        inside = (omega >= curve.anchor[0]) & (omega <= curve.knot[-1])
+        return lib.where(inside, curve.at(row, omega - curve.anchor[row])[0], lib.nan)
 
 
 class Curve(Protocol):
@@ -148,43 +151,46 @@ class ModalCurve:
     """
 
     def __init__(self, modes: Modes) -> None:
-        angular_frequency = jnp.asarray(modes.angular_frequency, dtype=jnp.result_type(float))
-        order = jnp.argsort(jax.lax.stop_gradient(angular_frequency))
-        damping_ratio = jnp.asarray(modes.damping_ratio, dtype=angular_frequency.dtype)[order]
-        floor = jnp.finfo(angular_frequency.dtype).eps ** 2
+        lib = namespace(modes)
+        angular_frequency = lib.asarray(modes.angular_frequency, dtype=lib.result_type(float))
+        order = lib.argsort(_still(angular_frequency))
+        damping_ratio = lib.asarray(modes.damping_ratio, dtype=angular_frequency.dtype)[order]
+        floor = lib.finfo(angular_frequency.dtype).eps ** 2
         self.undamped = damping_ratio < floor
-        raised = jax.lax.stop_gradient(jnp.maximum(damping_ratio, floor) - damping_ratio)
+        raised = _still(lib.maximum(damping_ratio, floor) - damping_ratio)
         self.anchor = angular_frequency[order]
-        shapes = [jnp.asarray(shape)[order] for shape in jax.tree.leaves((modes.shape, modes.force_shape))]
+        shapes = [lib.asarray(shape)[order] for shape in jax.tree.leaves((modes.shape, modes.force_shape))]
         self.modes = jax.tree.unflatten(jax.tree.structure(modes), [self.anchor, damping_ratio + raised, *shapes])
         self.open_ended = True
         # Of Re G, its slope and the bend of arg G: degrees in ω² of their numerators, which are at most 4n.
         self.most_breaks = 4 * modes.count
 
     def grid(self) -> tuple[Array, Array]:
+        lib = namespace(self.modes)
         anchor, width = self.anchor, self.anchor * self.modes.damping_ratio
-        apart = jnp.abs(anchor[:, None] - anchor)
+        apart = lib.abs(anchor[:, None] - anchor)
         # The finest feature as seen from each mode, which may be a neighbour's resonance.
-        finest = jnp.min(jnp.maximum(width, apart), axis=1)
-        top = _REACH * jnp.max(anchor + 2 * width)
+        finest = lib.min(lib.maximum(width, apart), axis=1)
+        top = _REACH * lib.max(anchor + 2 * width)
         # Neighbouring rows overlap by a little more than rounding, so that nothing falls between them.
-        half = jnp.diff(anchor) / 2 + 8 * jnp.finfo(anchor.dtype).eps * anchor[1:]
+        half = lib.diff(anchor) / 2 + 8 * lib.finfo(anchor.dtype).eps * anchor[1:]
         # Below the first mode Re G > 0 at a driving point, but not where displacement and force differ.
-        lowest = jnp.zeros_like(anchor[:1]) if self.modes.force_shape is None else anchor[:1]
-        below = jnp.concatenate([lowest, half])
-        above = jnp.concatenate([half, top[None]])
-        steps = jnp.arange(1, _POINTS + 1) / _POINTS
+        lowest = lib.zeros_like(anchor[:1]) if self.modes.force_shape is None else anchor[:1]
+        below = lib.concatenate([lowest, half])
+        above = lib.concatenate([half, top[None]])
+        steps = lib.arange(1, _POINTS + 1) / _POINTS
         left, right = (clustered(finest[:, None], reach[:, None], steps) for reach in (below, above))
-        offset = jnp.concatenate([-left[:, ::-1], jnp.zeros((len(anchor), 1), anchor.dtype), right], axis=1)
-        return jnp.repeat(jnp.arange(len(anchor)), offset.shape[1]), offset.ravel()
+        offset = lib.concatenate([-left[:, ::-1], lib.zeros((len(anchor), 1), anchor.dtype), right], axis=1)
+        return lib.repeat(lib.arange(len(anchor)), offset.shape[1]), offset.ravel()
 
     def at(self, row: Array, offset: Array) -> tuple[Array, Array, Array]:
         anchor = self.anchor[row]
         return _modal_response(self.modes, self._distance(row, offset), anchor + offset)
 
     def undamped_at(self, row: Array, offset: Array) -> Array:
-        close = jnp.abs(self._distance(row, offset)) <= jnp.finfo(self.anchor.dtype).eps ** 1.5 * self.anchor
-        return jnp.any(close & self.undamped, axis=-1)
+        lib = namespace(self.modes, row, offset)
+        close = lib.abs(self._distance(row, offset)) <= lib.finfo(self.anchor.dtype).eps ** 1.5 * self.anchor
+        return lib.any(close & self.undamped, axis=-1)
 
     def _distance(self, row: Array, offset: Array) -> Array:
         return (self.anchor - self.anchor[row][..., None]) - offset[..., None]
@@ -194,12 +200,13 @@ class SampledCurve:
     """The receptance between samples: one row per interval."""
 
     def __init__(self, source: Receptance) -> None:
-        self.knot = 2 * jnp.pi * jnp.asarray(source.frequency, dtype=jnp.result_type(float))
-        stiffness = 1 / jnp.asarray(source.response)
+        lib = namespace(source)
+        self.knot = 2 * lib.pi * lib.asarray(source.frequency, dtype=lib.result_type(float))
+        stiffness = 1 / lib.asarray(source.response)
         slope = _slopes(self.knot, stiffness)
-        self.anchor, self.step = self.knot[:-1], jnp.diff(self.knot)
+        self.anchor, self.step = self.knot[:-1], lib.diff(self.knot)
         self.rows = self.anchor.shape[0]
-        secant = jnp.diff(stiffness) / self.step
+        secant = lib.diff(stiffness) / self.step
         self.coefficients = (
             stiffness[:-1],
             slope[:-1],
@@ -210,8 +217,9 @@ class SampledCurve:
         self.most_breaks = None
 
     def grid(self) -> tuple[Array, Array]:
-        offset = self.step[:, None] * (jnp.arange(_PARTS + 1) / _PARTS)
-        return jnp.repeat(jnp.arange(self.rows), _PARTS + 1), offset.ravel()
+        lib = namespace(self.knot)
+        offset = self.step[:, None] * (lib.arange(_PARTS + 1) / _PARTS)
+        return lib.repeat(lib.arange(self.rows), _PARTS + 1), offset.ravel()
 
     def at(self, row: Array, offset: Array) -> tuple[Array, Array, Array]:
         c0, c1, c2, c3 = (c[row] for c in self.coefficients)
@@ -220,29 +228,43 @@ class SampledCurve:
         return inverse, -inverse * ratio, inverse * (2 * ratio**2 - (2 * c2 + 6 * offset * c3) * inverse)
 
     def undamped_at(self, row: Array, offset: Array) -> Array:
-        return jnp.zeros(jnp.shape(offset), dtype=bool)
+        return namespace(offset).zeros(np.shape(offset), dtype=bool)
+
+
+def _still(value: Array) -> Array:
+    return value if namespace(value) is np else jax.lax.stop_gradient(value)
 
 
 def clustered(width: Array, reach: Array, steps: Array) -> Array:
     """Offsets up to ``reach``, evenly spaced up to about ``width`` and geometrically beyond; ``steps`` in (0, 1]."""
-    return jnp.minimum(width * jnp.sinh(steps * jnp.arcsinh(reach / width)), reach)
+    lib = namespace(width, reach)
+    return lib.minimum(width * lib.sinh(steps * lib.arcsinh(reach / width)), reach)
 
 
 def _modal_response(modes: Modes, distance: Array, omega: Array) -> tuple[Array, Array, Array]:
     """G, G′ and G″ at ω, shape (…,), where ``distance`` is ωᵢ − ω, shape (…, n)."""
-    angular_frequency = jnp.asarray(modes.angular_frequency)
-    weight = jnp.asarray(modes.shape)[:, 0] * jnp.asarray(modes.loading)[:, 0]
-    damping = 2 * jnp.asarray(modes.damping_ratio) * angular_frequency
+    lib = namespace(modes, distance, omega)
+    angular_frequency = lib.asarray(modes.angular_frequency)
+    weight = lib.asarray(modes.shape)[:, 0] * lib.asarray(modes.loading)[:, 0]
+    damping = 2 * lib.asarray(modes.damping_ratio) * angular_frequency
     omega = omega[..., None]
-    inverse = 1 / jax.lax.complex(distance * (angular_frequency + omega), damping * omega)
-    ratio = jax.lax.complex(*jnp.broadcast_arrays(-2 * omega, damping)) * inverse
+    inverse = 1 / as_complex(distance * (angular_frequency + omega), damping * omega)
+    ratio = as_complex(-2 * omega, damping) * inverse
     terms = (inverse, -inverse * ratio, 2 * inverse * (ratio**2 + inverse))
-    response, slope, bend = (jnp.sum(weight * term, axis=-1) for term in terms)
+    response, slope, bend = (lib.sum(weight * term, axis=-1) for term in terms)
     return response, slope, bend
+
+
+def as_complex(real: Array, imaginary: Array) -> Array:
+    """A complex number from its parts, which broadcast."""
+    if namespace(real, imaginary) is np:
+        return real + 1j * imaginary
+    return jax.lax.complex(*jnp.broadcast_arrays(real, imaginary))
 
 
 def _slopes(knot: Array, value: Array) -> Array:
     """Derivative at each knot of the polynomial through the (at most five) samples around it, (n,)."""
+    lib = namespace(knot, value)
     count = knot.shape[0]
     points = min(_NEIGHBOURS, count)
     first = np.clip(np.arange(count) - points // 2, 0, count - points)
@@ -251,15 +273,15 @@ def _slopes(knot: Array, value: Array) -> Array:
     x = (knot[index] - knot[:, None]) / (knot[index[:, -1]] - knot[index[:, 0]])[:, None]
     # Differences of values and not values: the slope of a constant is exactly zero.
     difference = value[index] - value[:, None]
-    total = jnp.zeros_like(value)
+    total = lib.zeros_like(value)
     for j in range(points):
         others = [k for k in range(points) if k != j]
         # The slope of Lagrange's polynomial j at a node that is not j: all factors but that of the node.
-        product = jnp.ones_like(knot)
+        product = lib.ones_like(knot)
         for k in others:
             at_own = own == k
-            product = product * jnp.where(at_own, 1.0, -x[:, k]) / (x[:, j] - x[:, k])
-        total = total + jnp.where(own == j, 0.0, product) * difference[:, j]
+            product = product * lib.where(at_own, 1.0, -x[:, k]) / (x[:, j] - x[:, k])
+        total = total + lib.where(own == j, 0.0, product) * difference[:, j]
     return total / (knot[index[:, -1]] - knot[index[:, 0]])
 
 

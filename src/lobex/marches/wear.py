@@ -138,9 +138,7 @@ def _check_steps(
     deepest = max(float(-profile.min()), float(np.ptp(profile)))
     stiffness = 0.0
     if deepest > 0:
-        penetration = jnp.linspace(0, deepest, 65)[1:]
-        slope = jax.vmap(jax.grad(lambda h: law.force(h, jnp.zeros(()))))(penetration)
-        stiffness = float(jnp.max(slope))
+        stiffness = float(np.asarray(_slopes(law, np.linspace(0, deepest, 65)[1:])).max())
     highest = highest_frequency(modes, stiffness)
     needed = int(highest / (2 * slowest)) + 1
     if steps < needed:
@@ -151,6 +149,11 @@ def _check_steps(
     speed = np.array([slowest])
     system = jax.tree.map(lambda leaf: np.asarray(leaf)[None], Rub(modes).system(slowest, stiffness))
     check_steps("steps_per_revolution", system, np.array([stiffness]), speed, steps)
+
+
+@jax.jit
+def _slopes(law: ContactLaw, penetration: Array) -> Array:
+    return jax.vmap(jax.grad(lambda h: law.force(h, jnp.zeros(()))))(penetration)
 
 
 def _march(

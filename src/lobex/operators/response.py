@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from lobex._namespace import namespace
 from lobex.operators.exponential import exponential
 from lobex.operators.moments import cell_phases, exponential_moments, legendre_values
 from lobex.processes.feedback import Piece
@@ -113,7 +114,7 @@ def _missed(system: DelaySystem, piece: Piece, nodes: int) -> Array:
 
 def tail_bound(turn: Array, nodes: Any) -> Array:
     """The Legendre terms from degree q on of a wave that turns through ±x are below (e x/2q)^q (DLMF 10.14.4)."""
-    return jnp.minimum(np.e / 2 * turn / nodes, 1.0) ** nodes
+    return namespace(turn).minimum(np.e / 2 * turn / nodes, 1.0) ** nodes
 
 
 def followed_turn(nodes: int) -> float:
@@ -126,24 +127,25 @@ def quickness(blocks: Array) -> Array:
 
     Above 2×2 it is that of the singular values, which bounds it (Schur's inequality).
     """
+    lib = namespace(blocks)
     size = jnp.shape(blocks)[-1]
     if size != 2:
-        return jnp.sqrt(jnp.sum(blocks**2, axis=(1, 2)) / size)
+        return lib.sqrt(lib.sum(blocks**2, axis=(1, 2)) / size)
     trace = blocks[:, 0, 0] + blocks[:, 1, 1]
     determinant = blocks[:, 0, 0] * blocks[:, 1, 1] - blocks[:, 0, 1] * blocks[:, 1, 0]
-    return jnp.sqrt(jnp.maximum(determinant, trace**2 / 2 - determinant))
+    return lib.sqrt(lib.maximum(determinant, trace**2 / 2 - determinant))
 
 
 def samples_in_flight(system: DelaySystem) -> int:
-    """How many Gauss points in a piece without force tell the frequencies of all modes apart, a power of 2.
+    """How many Gauss points in a piece without force tell the frequencies of all modes apart: few sizes, by fours.
 
     Gauss points are π/2 times as far apart in the middle as on average; two a wave are enough, and a tenth more and
     two waves are for the frequencies that stand beside a mode's own.
     """
     widest = max((float(piece.length) for piece in system.feedback.pieces() if piece.idle is True), default=0.0)
-    waves = np.nan_to_num(np.max(np.asarray(quickness(system.blocks))) * float(system.delay) / (2 * np.pi))
+    waves = np.nan_to_num(np.max(quickness(np.asarray(system.blocks))) * float(system.delay) / (2 * np.pi))
     needed = np.pi * widest * (1.1 * waves + 2)
-    return int(2 ** np.ceil(np.log2(np.clip(needed, _FEWEST, _MOST))))
+    return int(min(4 ** np.ceil(np.log2(max(needed, _FEWEST)) / 2), _MOST))
 
 
 def free_response(system: DelaySystem, piece: Piece, points: np.ndarray) -> tuple[Array, Array]:

@@ -2,10 +2,9 @@
 
 from typing import Any, ClassVar
 
-import jax.numpy as jnp
-
 from lobex import _checks
 from lobex._float64 import in_float64
+from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex.processes.feedback import ConstantFeedback, HarmonicFeedback
 from lobex.processes.process import check_point
@@ -49,12 +48,13 @@ class DelayedMathieu:
     def system(self, speed: Array, gain: Array) -> DelaySystem:
         """The delay system at one speed and one gain b."""
         check_point(self, speed, gain)
-        delta, damping = (jnp.asarray(v, dtype=jnp.result_type(float)) for v in (self.delta, self.damping))
-        zero, one = jnp.zeros_like(delta), jnp.ones_like(delta)
+        lib = namespace(self.delta, self.damping)
+        delta, damping = (lib.asarray(v, dtype=lib.result_type(float)) for v in (self.delta, self.damping))
+        zero, one = lib.zeros_like(delta), lib.ones_like(delta)
         return DelaySystem(
-            blocks=jnp.stack([jnp.stack([zero, one]), jnp.stack([-delta, -damping])])[None],
-            inputs=jnp.stack([zero, one]).reshape(1, 2, 1),
-            outputs=jnp.stack([one, zero]).reshape(1, 1, 2),
+            blocks=lib.stack([lib.stack([zero, one]), lib.stack([-delta, -damping])])[None],
+            inputs=lib.stack([zero, one]).reshape(1, 2, 1),
+            outputs=lib.stack([one, zero]).reshape(1, 1, 2),
             delay=1 / speed,
             feedback=HarmonicFeedback(self.epsilon, gain),
         )
@@ -84,7 +84,8 @@ class Scalar:
     def system(self, speed: Array, gain: Array) -> DelaySystem:
         """The delay system at one speed and one gain b."""
         check_point(self, speed, gain)
-        a = jnp.asarray(self.a, dtype=jnp.result_type(float))
-        one = jnp.ones((1, 1, 1), dtype=a.dtype)
-        none = jnp.zeros((1, 1), dtype=a.dtype)
+        lib = namespace(self.a)
+        a = lib.asarray(self.a, dtype=lib.result_type(float))
+        one = lib.ones((1, 1, 1), dtype=a.dtype)
+        none = lib.zeros((1, 1), dtype=a.dtype)
         return DelaySystem(a.reshape(1, 1, 1), one, one, 1 / speed, ConstantFeedback(none, gain + none))

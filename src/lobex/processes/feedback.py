@@ -8,6 +8,7 @@ from typing import Any, ClassVar, NamedTuple, Protocol
 
 import jax.numpy as jnp
 
+from lobex._namespace import namespace
 from lobex._pytree import pytree
 
 Array = Any
@@ -59,8 +60,9 @@ class ConstantFeedback:
         return (Piece(0.0, 1.0, False),)
 
     def at(self, phase: Array) -> tuple[Array, Array]:
+        lib = namespace(self)
         shape = (jnp.shape(phase)[0], *jnp.shape(self.current))
-        return jnp.broadcast_to(self.current, shape), jnp.broadcast_to(self.delayed, shape)
+        return lib.broadcast_to(self.current, shape), lib.broadcast_to(self.delayed, shape)
 
     def within(self, index: int, phase: Array) -> tuple[Array, Array]:
         return self.at(phase)

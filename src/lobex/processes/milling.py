@@ -10,6 +10,7 @@ import numpy as np
 
 from lobex import _checks
 from lobex._float64 import in_float64
+from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex.processes.feedback import Piece
 from lobex.processes.process import check_point
@@ -116,7 +117,7 @@ class Milling:
         """The delay system at one spindle speed (revolutions per second) and one depth of cut (m)."""
         check_point(self, speed, gain)
         entry, exit_ = cutting_angles(self.radial_immersion, self.direction)
-        if self.layout == _WHOLE:
+        if self.layout == _WHOLE and _checks.is_traced(self.radial_immersion):
             entry = _no_derivative(entry, self.radial_immersion)
         feedback = MillingFeedback(
             depth=gain,
@@ -144,10 +145,11 @@ def _(primals: tuple[Array, Array], tangents: tuple[Array, Array]) -> tuple[Arra
 
 def cutting_angles(radial_immersion: Array, direction: str) -> tuple[Array, Array]:
     """Entry and exit angles of a tooth, rad, from the feed-normal axis (Appendix A)."""
-    immersion = jnp.asarray(radial_immersion, dtype=jnp.result_type(float))
+    lib = namespace(radial_immersion)
+    immersion = lib.asarray(radial_immersion, dtype=lib.result_type(float))
     # acos(2a − 1) and acos(1 − 2a) without their loss of digits at both ends.
-    sides = jnp.sqrt(1 - immersion), jnp.sqrt(immersion)
-    return (2 * jnp.arctan2(*sides), jnp.pi) if direction == "down" else (0.0, 2 * jnp.arctan2(*sides[::-1]))
+    sides = lib.sqrt(1 - immersion), lib.sqrt(immersion)
+    return (2 * lib.arctan2(*sides), lib.pi) if direction == "down" else (0.0, 2 * lib.arctan2(*sides[::-1]))
 
 
 def _layout(immersion: float, teeth: int, direction: str) -> Layout:
@@ -208,12 +210,13 @@ class MillingFeedback:
 
     def _engaged(self) -> tuple[Array, Array]:
         """Teeth in the cut just before a tooth enters, and the phase after it at which one leaves."""
-        engaged = (self.exit - self.entry) * self.teeth / (2 * jnp.pi)
+        lib = namespace(self.exit, self.entry)
+        engaged = (self.exit - self.entry) * self.teeth / (2 * lib.pi)
         if self.layout == _WHOLE:
-            return jnp.round(engaged), jnp.zeros_like(engaged)
+            return lib.round(engaged), lib.zeros_like(engaged)
         if self.layout == ("cut", "idle"):
-            return jnp.zeros_like(engaged), engaged
-        whole = jnp.floor(engaged)
+            return lib.zeros_like(engaged), engaged
+        whole = lib.floor(engaged)
         return whole, engaged - whole
 
     def _force(self, angle: Array) -> Array:

@@ -2,10 +2,9 @@
 
 from typing import Any, ClassVar
 
-import jax.numpy as jnp
-
 from lobex import _checks
 from lobex._float64 import in_float64
+from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex.processes.feedback import ConstantFeedback
 from lobex.processes.process import check_point
@@ -81,5 +80,6 @@ class Turning:
 
 def _regenerative_system(modes: Modes, speed: Array, stiffness: Array) -> DelaySystem:
     check_modes(modes)
-    unit = jnp.eye(modes.directions, dtype=jnp.result_type(float))
+    lib = namespace(stiffness)
+    unit = lib.eye(modes.directions, dtype=lib.result_type(float))
     return modal_system(modes, 1 / speed, ConstantFeedback(-stiffness * unit, stiffness * unit))

@@ -5,6 +5,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
+from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex.processes.feedback import Feedback, WholeStateFeedback
 from lobex.structures.modes import Modes, check_modes
@@ -59,15 +60,16 @@ class DelaySystem:
 def modal_system(modes: Modes, delay: Array, feedback: Feedback) -> DelaySystem:
     """The delay system of vibration modes under a contact force; the state of a mode is (u, u̇/ω)."""
     check_modes(modes)
-    omega = jnp.asarray(modes.angular_frequency)
-    zero, one = jnp.zeros_like(omega), jnp.ones_like(omega)
-    unit = jnp.stack([jnp.stack([zero, one], -1), jnp.stack([-one, -2 * modes.damping_ratio], -1)], -2)
-    shape, loading = jnp.asarray(modes.shape), jnp.asarray(modes.loading)
-    none = jnp.zeros_like(shape)
+    lib = namespace(modes)
+    omega = lib.asarray(modes.angular_frequency)
+    zero, one = lib.zeros_like(omega), lib.ones_like(omega)
+    unit = lib.stack([lib.stack([zero, one], -1), lib.stack([-one, -2 * modes.damping_ratio], -1)], -2)
+    shape, loading = lib.asarray(modes.shape), lib.asarray(modes.loading)
+    none = lib.zeros_like(shape)
     return DelaySystem(
         blocks=omega[:, None, None] * unit,
-        inputs=jnp.stack([none, loading / omega[:, None]], axis=1),
-        outputs=jnp.stack([shape, none], axis=2),
+        inputs=lib.stack([none, loading / omega[:, None]], axis=1),
+        outputs=lib.stack([shape, none], axis=2),
         delay=delay,
         feedback=feedback,
     )

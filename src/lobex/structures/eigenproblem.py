@@ -6,9 +6,11 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+import scipy.linalg
 
 from lobex import _checks
 from lobex._float64 import in_float64
+from lobex._namespace import namespace
 from lobex.structures.matrices import check_symmetric, dense, diagonal, is_sparse
 
 Array = Any
@@ -70,12 +72,16 @@ def _symmetric_pencil(mass: Any, stiffness: Any) -> tuple[Array, Array]:
     that no stiff part of the model costs the first modes their digits. (With M factored, a penalty of 1e8 times the
     stiffness moves the first frequency of a beam by 8 %.)
     """
-    dtype = jnp.result_type(float)
-    factor = jnp.linalg.cholesky(jnp.asarray(stiffness, dtype=dtype))
-    half = jax.scipy.linalg.solve_triangular(factor, jnp.asarray(mass, dtype=dtype), lower=True)
-    reduced = jax.scipy.linalg.solve_triangular(factor, half.T, lower=True)
-    inverse, rotated = jnp.linalg.eigh((reduced + reduced.T) / 2)
-    return inverse[::-1], jax.scipy.linalg.solve_triangular(factor.T, rotated[:, ::-1], lower=False)
+    lib = namespace(mass, stiffness)
+    solve = jax.scipy.linalg.solve_triangular if lib is jnp else scipy.linalg.solve_triangular
+    try:
+        factor = lib.linalg.cholesky(lib.asarray(stiffness, dtype=lib.result_type(float)))
+    except np.linalg.LinAlgError:
+        raise ValueError("stiffness is singular or indefinite; clamp rigid-body motion") from None
+    half = solve(factor, lib.asarray(mass, dtype=factor.dtype), lower=True)
+    reduced = solve(factor, half.T, lower=True)
+    inverse, rotated = lib.linalg.eigh((reduced + reduced.T) / 2)
+    return inverse[::-1], solve(factor.T, rotated[:, ::-1], lower=False)
 
 
 def _resolved(mass: Any, stiffness: Any, inverse: Array, vectors: Array) -> tuple[Array, Array]:

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from lobex import _checks
 from lobex._float64 import in_float64
+from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex.structures.damping import proportional_damping
 from lobex.structures.eigenproblem import keep_modes, vibration_modes
@@ -183,24 +183,28 @@ def modal_damping(damping_ratio: Any, count: int) -> Array:
         raise ValueError(
             f"damping_ratio has shape {np.shape(damping_ratio)}; give one number or one per mode, ({count},)"
         )
-    return jnp.broadcast_to(jnp.asarray(damping_ratio, dtype=jnp.result_type(float)), (count,))
+    lib = namespace(damping_ratio)
+    return lib.broadcast_to(lib.asarray(damping_ratio, dtype=lib.result_type(float)), (count,))
 
 
 @in_float64
 def _single(frequency: Any, damping_ratio: Any, mass: Any) -> tuple[Array, Array, Array]:
-    number = [jnp.asarray(value, dtype=jnp.result_type(float)) for value in (frequency, damping_ratio, mass)]
-    return 2 * jnp.pi * number[0][None], number[1][None], 1 / jnp.sqrt(number[2])[None, None]
+    lib = namespace(frequency, damping_ratio, mass)
+    number = [lib.asarray(value, dtype=lib.result_type(float)) for value in (frequency, damping_ratio, mass)]
+    return 2 * lib.pi * number[0][None], number[1][None], 1 / lib.sqrt(number[2])[None, None]
 
 
 @in_float64
 def _plane(x: Modes, y: Modes) -> tuple[Array, Array, Array, Array | None]:
+    lib = namespace(x, y)
+
     def beside(one: Any, other: Any) -> Array:
-        return jax.scipy.linalg.block_diag(jnp.asarray(one), jnp.asarray(other))
+        return lib.block([[lib.asarray(one), lib.zeros((x.count, 1))], [lib.zeros((y.count, 1)), lib.asarray(other)]])
 
     same = x.force_shape is None and y.force_shape is None
     return (
-        jnp.concatenate([x.angular_frequency, y.angular_frequency]),
-        jnp.concatenate([x.damping_ratio, y.damping_ratio]),
+        lib.concatenate([x.angular_frequency, y.angular_frequency]),
+        lib.concatenate([x.damping_ratio, y.damping_ratio]),
         beside(x.shape, y.shape),
         None if same else beside(x.loading, y.loading),
     )
@@ -208,5 +212,6 @@ def _plane(x: Modes, y: Modes) -> tuple[Array, Array, Array, Array | None]:
 
 @in_float64
 def _seen_at(vectors: Any, contact: Any) -> Array:
-    directions = jnp.asarray(contact, dtype=jnp.result_type(float))
-    return jnp.asarray(vectors).T @ directions.reshape(directions.shape[0], -1)
+    lib = namespace(vectors, contact)
+    directions = lib.asarray(contact, dtype=lib.result_type(float))
+    return lib.asarray(vectors).T @ directions.reshape(directions.shape[0], -1)

@@ -3,11 +3,11 @@
 from collections.abc import Sequence
 from typing import Any
 
-import jax.numpy as jnp
 import numpy as np
 
 from lobex import _checks
 from lobex._float64 import in_float64
+from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex.structures.eigenproblem import vibration_modes
 from lobex.structures.modes import Modes, modal_damping
@@ -73,7 +73,8 @@ class Rod:
         inner = np.ones(n)
         inner[-1] = 0.5
         neighbours = np.eye(n, k=1) + np.eye(n, k=-1)
-        element_length = jnp.asarray(self.length, dtype=jnp.result_type(float)) / n
+        lib = namespace(self)
+        element_length = lib.asarray(self.length, dtype=lib.result_type(float)) / n
         element_mass = self.density * self.area * element_length
         element_stiffness = self.young_modulus * self.area / element_length
         mass = element_mass / 6 * (4 * np.diag(inner) + neighbours)
@@ -83,5 +84,5 @@ class Rod:
 @in_float64
 def _damping_matrix(mass: Any, vectors: Any, ratio: Any, angular_frequency: Any) -> Array:
     # V⁻¹ = Vᵀ M for mass-normalised vectors, so that (1.10) needs no inverse.
-    inverse = jnp.asarray(vectors).T @ mass
+    inverse = namespace(vectors).asarray(vectors).T @ mass
     return inverse.T @ ((2 * ratio * angular_frequency)[:, None] * inverse)
