@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 import lobex
 from cases import assert_same_fields
+from lobex import _memory as memory
 from lobex.results.study import Study
-from lobex.studies import charts, memory, plan, store
+from lobex.studies import charts, plan, store
 from lobex.studies.plan import Plan, order_of_share, place_of_next, plan_of
 from lobex.studies.processes import parse_share, share_of
 

@@ -11,11 +11,15 @@ from jax.custom_derivatives import SymbolicZero
 
 from lobex import _checks
 from lobex._broadcast import over_points
-from lobex._float64 import in_float64
-from lobex._pytree import check_pytree
+from lobex._float64 import at_once, in_float64, widened
+from lobex._warnings import SweepWarning, warn
+from lobex.characteristic.method import CharacteristicRoots, suits
 from lobex.floquet.dense import all_multipliers, largest_modulus
+from lobex.grids.choice import TOLERANCE
+from lobex.grids.evaluation import dominant_at_points
+from lobex.grids.resolution import oddities
 from lobex.operators.chebyshev import Chebyshev
-from lobex.operators.operator import Method
+from lobex.operators.operator import Method, check_method
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_gain, check_process, check_speed, differentiable
 
@@ -42,8 +46,10 @@ def monodromy(process: Process, speed: Array, gain: Array, method: Method = DEFA
 
     Warns:
         LobexWarning: for numbers that can hardly be meant: speeds in rpm, damping in per cent, depths in mm.
+        SweepWarning: when the method's samples are too few to follow the first mode at the lowest speed.
     """
     speed, gain = _checked(process, speed, gain, method)
+    _warn_of_oddities(process, speed, gain, method)
     return _monodromy(process, speed, gain, method)
 
 
@@ -53,22 +59,43 @@ def multipliers(process: Process, speed: Array, gain: Array, method: Method = DE
     Arguments, precision, errors and warnings as for ``monodromy``.
     """
     speed, gain = _checked(process, speed, gain, method)
+    _warn_of_oddities(process, speed, gain, method)
     return _multipliers(process, speed, gain, method)
 
 
-def spectral_radius(process: Process, speed: Array, gain: Array, method: Method = DEFAULT_METHOD) -> Array:
+def spectral_radius(process: Process, speed: Array, gain: Array, method: Method | None = None) -> Array:
     """max|μ|: the motion dies out below 1 and grows above. Shape: that of speed and gain, broadcast.
 
-    Differentiable with respect to speed, gain and every number in ``process``. Arguments, precision,
-    errors and warnings as for ``monodromy``.
+    Differentiable with respect to speed, gain and every number in ``process``. By default from the roots of the
+    characteristic equation where coefficients are constant and nothing is traced, as in ``sweep``, and else by
+    ``Chebyshev(40)``. Arguments, precision, errors and warnings as for ``monodromy``.
+
+    Warns:
+        SweepWarning: for points that failed and are NaN, and for estimated errors above 1e-8.
     """
     speed, gain = _checked(process, speed, gain, method)
+    if method is None and not _checks.is_traced((process, speed, gain)):
+        with at_once():
+            wide = widened(process)
+            if suits(wide, float(np.min(speed))):
+                return _by_roots(wide, np.asarray(speed, dtype=float), np.asarray(gain, dtype=float))
+    method = DEFAULT_METHOD if method is None else method
+    _warn_of_oddities(process, speed, gain, method)
     return _spectral_radius(process, speed, gain, method)
+
+
+def _by_roots(process: Process, speed: np.ndarray, gain: np.ndarray) -> np.ndarray:
+    speed, gain = np.broadcast_arrays(speed, gain)
+    found = dominant_at_points(process, speed.ravel(), gain.ravel(), CharacteristicRoots())
+    if coarse := int(np.sum(~(found.error <= TOLERANCE))):
+        warn(f"{coarse} of {speed.size} points failed or have an estimated error above {TOLERANCE:g}", SweepWarning)
+    return np.abs(found.multiplier).reshape(speed.shape)
 
 
 def _checked(process: Any, speed: Any, gain: Any, method: Any) -> tuple[Array, Array]:
     check_process(process)
-    check_method(method)
+    if method is not None:
+        check_method(method)
     check_speed(process, speed)
     check_gain(process, gain)
     speed, gain = (_checks.as_array(value) for value in (speed, gain))
@@ -82,13 +109,12 @@ def _checked(process: Any, speed: Any, gain: Any, method: Any) -> tuple[Array, A
     return speed, gain
 
 
-def check_method(method: Any) -> None:
-    """Require something that makes a monodromy operator."""
-    if isinstance(method, type) or not callable(getattr(method, "operator", None)):
-        raise ValueError(
-            f"method = {_checks.brief(method)} is no method; give such as lobex.Duhamel() or lobex.Chebyshev()"
-        )
-    check_pytree("method", method)
+def _warn_of_oddities(process: Process, speed: Any, gain: Any, method: Method) -> None:
+    if _checks.is_traced((process, speed, gain)) or not (np.size(speed) and np.size(gain)):
+        return
+    with at_once():
+        for message in oddities(widened(process), method, float(np.min(speed)), float(np.max(gain))):
+            warn(message, SweepWarning)
 
 
 def _matrix(process: Process, method: Method, speed: Array, gain: Array) -> Array:

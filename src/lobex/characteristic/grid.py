@@ -48,7 +48,7 @@ def rightmost_roots(structure: Structure, contact: Contact, gains: Array) -> tup
     """The rightmost roots z, Im z ≥ 0, their errors, and whether they are proven, each (n, m), for gains (m,) ≠ 0."""
     shape = len(structure.delay), len(gains)
     found: Array = np.full((*shape, ROOTS), np.nan + 0j)
-    proven, error = np.zeros(shape, dtype=bool), np.full(shape, np.nan)
+    proven = np.zeros(shape, dtype=bool)
     shared = _closed(structure, np.zeros(len(gains), dtype=int), gains) if structure.same else None
     coarse = np.unique(np.append(np.arange(0, shape[1], _STRIDE), shape[1] - 1))
 
@@ -69,9 +69,26 @@ def rightmost_roots(structure: Structure, contact: Contact, gains: Array) -> tup
     after = np.searchsorted(coarse, between)
     at_columns(coarse, ())
     at_columns(between, (coarse[after - 1], coarse[np.minimum(after, len(coarse) - 1)]))
-    root = found[..., 0]
-    row, column = np.nonzero(proven)
-    root[row, column], error[row, column] = polish(contact, row, gains[column], root[row, column])
+    row, column = np.indices(shape)
+    return _polished(contact, row, gains[column], found[..., 0], proven)
+
+
+def rightmost_at_points(structure: Structure, contact: Contact, row: Array, gain: Array) -> tuple[Array, Array, Array]:
+    """As ``rightmost_roots`` at points: the numbers of their speeds, (p,), and their gains ≠ 0, (p,)."""
+    found, proven = np.full(len(row), np.nan + 0j), np.zeros(len(row), dtype=bool)
+
+    def work(index: Array) -> None:
+        loops = _closed(structure, row[index], gain[index]).at_delay(structure.delay[row[index]])
+        climbed = climb(loops)
+        found[index], proven[index] = climbed.found[:, 0], climbed.proven
+
+    in_chunks(work, len(row), LANES)
+    return _polished(contact, row, gain, found, proven)
+
+
+def _polished(contact: Contact, row: Array, gain: Array, root: Array, proven: Array) -> tuple[Array, Array, Array]:
+    root, error = root.copy(), np.full(root.shape, np.nan)
+    root[proven], error[proven] = polish(contact, row[proven], gain[proven], root[proven])
     return root, error, proven & np.isfinite(error)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from lobex import _checks
 from lobex._pytree import pytree
 from lobex.characteristic.function import Contact, contact
-from lobex.characteristic.grid import Structure, rightmost_roots
+from lobex.characteristic.grid import Structure, rightmost_at_points, rightmost_roots
 from lobex.characteristic.lanes import few
 from lobex.processes.feedback import ConstantFeedback
 from lobex.processes.process import Process, check_process
@@ -58,18 +58,30 @@ class CharacteristicRoots:
             results = rightmost_roots(structure, contact, gains[acting])
             root[:, acting], error[:, acting], proven[:, acting] = results
         if len(free):
-            place = np.linalg.eigvals(structure.drift) * structure.delay[:, None] + 0j
-            root[:, free] = np.take_along_axis(place, np.argmax(place.real, axis=1)[:, None], axis=1)
-            error[:, free] = np.finfo(float).eps * np.max(np.abs(place), axis=1)[:, None]
-            proven[:, free] = True
-        root = np.where(proven, root.real + 1j * np.abs(root.imag), np.nan)
-        value: Array = np.exp(root)
-        frequency = root.imag / (2 * np.pi * structure.delay[:, None])
-        results = value.real + 1j * np.abs(value.imag), frequency, np.where(proven, error, np.nan), proven
-        nothing = np.full((len(speeds), len(gains)), np.nan)
-        everywhere = nothing + 0j, nothing.copy(), nothing.copy(), np.zeros(nothing.shape, dtype=bool)
-        for target, result in zip(everywhere, results, strict=True):
+            alone, rounding = _without_gain(structure)
+            root[:, free], error[:, free], proven[:, free] = alone[:, None], rounding[:, None], True
+        everywhere = _everywhere(len(speeds), len(gains))
+        for target, result in zip(everywhere, _results(root, error, proven, structure.delay[:, None]), strict=True):
             target[sound] = result
+        return everywhere
+
+    def at_points(self, process: Process, speeds: Array, gains: Array) -> tuple[Array, Array, Array, Array]:
+        """As ``over_grid`` at the points (speeds[i], gains[i]), each of shape (p,)."""
+        unique, row = np.unique(np.asarray(speeds, dtype=float), return_inverse=True)
+        gains = np.asarray(gains, dtype=float)
+        everywhere = _everywhere(len(gains))
+        if not len(gains):
+            return everywhere
+        sound, structure, contact = contacts(process, unique, float(np.max(np.abs(gains))))
+        index = np.flatnonzero(sound[row])
+        row, gain = (np.cumsum(sound) - 1)[row[index]], gains[index]
+        alone, rounding = _without_gain(structure)
+        root, error, proven = alone[row] + 0j, rounding[row], np.ones(len(row), dtype=bool)
+        acting = np.flatnonzero(gain)
+        results = rightmost_at_points(structure, contact, row[acting], gain[acting])
+        root[acting], error[acting], proven[acting] = results
+        for target, result in zip(everywhere, _results(root, error, proven, structure.delay[row]), strict=True):
+            target[index] = result
         return everywhere
 
     def resolved_radians(self, system: DelaySystem) -> float:
@@ -95,6 +107,25 @@ def contacts(process: Process, speeds: np.ndarray, largest: float) -> tuple[np.n
     structure, made, others = jax.tree.map(lambda a: a[sound], whole)
     _check_proportional(process, made, others, largest)
     return sound, structure, jax.tree.map(lambda a: np.ascontiguousarray(np.moveaxis(a, 0, -1)), made)
+
+
+def _everywhere(*shape: int) -> tuple[Array, Array, Array, Array]:
+    """Multiplier, frequency, error and proof of points of which nothing is known yet."""
+    return np.full(shape, np.nan + 0j), np.full(shape, np.nan), np.full(shape, np.nan), np.zeros(shape, dtype=bool)
+
+
+def _without_gain(structure: Structure) -> tuple[Array, Array]:
+    """The rightmost pole at each speed, (n,), and its rounding."""
+    place = np.linalg.eigvals(structure.drift) * structure.delay[:, None] + 0j
+    foremost = np.argmax(place.real, axis=1)[:, None]
+    return np.take_along_axis(place, foremost, axis=1)[:, 0], np.finfo(float).eps * np.max(np.abs(place), axis=1)
+
+
+def _results(root: Array, error: Array, proven: Array, delay: Array) -> tuple[Array, Array, Array, Array]:
+    root = np.where(proven, root.real + 1j * np.abs(root.imag), np.nan)
+    value: Array = np.exp(root)
+    multiplier = value.real + 1j * np.abs(value.imag)
+    return multiplier, root.imag / (2 * np.pi * delay), np.where(proven, error, np.nan), proven
 
 
 def suits(process: Process, speed: float) -> bool:

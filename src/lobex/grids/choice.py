@@ -4,9 +4,8 @@ from typing import Any
 
 from lobex.characteristic.method import CharacteristicRoots, suits
 from lobex.operators.duhamel import Duhamel
-from lobex.operators.operator import Method
+from lobex.operators.operator import Method, check_method
 from lobex.processes.process import Process
-from lobex.verbs import check_method
 
 # Estimated relative error of |μ| that is enough where nobody chose another.
 TOLERANCE = 1e-8

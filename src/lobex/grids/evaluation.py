@@ -41,7 +41,7 @@ def dominant_over_grid(
 ) -> Dominant:
     """Over the grid of speeds (n,) and gains (m,), shape (n, m); call in the scope of float64."""
     if isinstance(method, CharacteristicRoots):
-        return _by_roots(process, speeds, gains, method)
+        return _by_roots(process, method.over_grid(process, speeds, gains), speeds[:, None], gains)
     if isinstance(method, Duhamel):
         return refined_over_grid(process, speeds, gains, method, progress)
     chunk = _chunk_shape(process, method, speeds[0], gains[0])
@@ -75,20 +75,25 @@ def dominant_over_grid(
     return Dominant(multiplier, frequency, np.full(shape, np.nan), np.zeros(shape, dtype=int), again.dense_points)
 
 
-def _by_roots(process: Process, speeds: np.ndarray, gains: np.ndarray, method: CharacteristicRoots) -> Dominant:
-    """By characteristic roots, which have no error of discretisation, and what they leave open by an operator."""
-    multiplier, frequency, error, proven = method.over_grid(process, speeds, gains)
+def _by_roots(process: Process, found: tuple[np.ndarray, ...], speeds: np.ndarray, gains: np.ndarray) -> Dominant:
+    """What characteristic roots gave, which discretise nothing, and what they leave open by an operator."""
+    multiplier, frequency, error, proven = found
     nodes = np.zeros(proven.shape, dtype=int)
     left = np.nonzero(~proven)
+    speeds, gains = (np.broadcast_to(a, proven.shape)[left] for a in (speeds, gains))
     # Of a few points it is quicker to compute them too finely than to compile one size after the other.
-    again = refined_at_points(process, speeds[left[0]], gains[left[1]], Duhamel(), every_mode=len(left[0]) < _FEW)
+    again = refined_at_points(process, speeds, gains, Duhamel(), every_mode=len(speeds) < _FEW)
     for target, result in zip((multiplier, frequency, error, nodes), again[:4], strict=True):
         target[left] = result
-    return Dominant(multiplier, frequency, error, nodes, len(left[0]))
+    return Dominant(multiplier, frequency, error, nodes, len(speeds))
 
 
-def dominant_at_points(process: Process, speeds: np.ndarray, gains: np.ndarray, method: Method) -> Dominant:
+def dominant_at_points(
+    process: Process, speeds: np.ndarray, gains: np.ndarray, method: Method | CharacteristicRoots
+) -> Dominant:
     """At the points (speeds[i], gains[i]), shape (p,); call in the scope of float64."""
+    if isinstance(method, CharacteristicRoots):
+        return _by_roots(process, method.at_points(process, speeds, gains), speeds, gains)
     if isinstance(method, Duhamel):
         return refined_at_points(process, speeds, gains, method)
     return _at_points(process, speeds, gains, method, _EFFORTS)

@@ -5,7 +5,8 @@ from typing import Any, Protocol
 
 import jax.numpy as jnp
 
-from lobex._pytree import pytree
+from lobex import _checks
+from lobex._pytree import check_pytree, pytree
 from lobex.processes.system import DelaySystem, whole_state
 
 Array = Any
@@ -58,3 +59,12 @@ class Method(Protocol):
     def resolved_radians(self, system: DelaySystem) -> float:
         """Largest ω τ (rad of oscillation per delay) that the method's samples can follow."""
         ...
+
+
+def check_method(method: Any) -> None:
+    """Require something that makes a monodromy operator."""
+    if isinstance(method, type) or not callable(getattr(method, "operator", None)):
+        raise ValueError(
+            f"method = {_checks.brief(method)} is no method; give such as lobex.Duhamel() or lobex.Chebyshev()"
+        )
+    check_pytree("method", method)
