@@ -258,7 +258,7 @@ def main() -> None:
             f"Machine: {machine()}.",
             "",
             "How cost grows: [GROWTH.md](GROWTH.md). The wear march: [WEAR.md](WEAR.md). Large studies: "
-            "[STUDIES.md](STUDIES.md).",
+            "[STUDIES.md](STUDIES.md). First calls: [PROGRAMS.md](PROGRAMS.md).",
             "",
         ]
     )

@@ -2,7 +2,7 @@
 
 import functools
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from typing import Any, ParamSpec, TypeVar, cast
 
 import jax
@@ -19,9 +19,7 @@ Tree = TypeVar("Tree")
 @contextmanager
 def at_once() -> Iterator[None]:
     """Float64, and numbers at once: within somebody's jit, too, what depends on nothing traced is not traced."""
-    # Not where nothing is traced: every constant of a program would be compiled by itself.
-    now = jax.ensure_compile_time_eval() if is_traced(jax.device_put(0.0)) else nullcontext()
-    with jax.enable_x64(True), now:
+    with jax.enable_x64(True), jax.core.eval_context():
         yield
 
 
