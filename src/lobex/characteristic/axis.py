@@ -8,11 +8,10 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex.characteristic.chunks import in_chunks
-from lobex.characteristic.closed_loop import close
+from lobex.characteristic.closed_loop import Loops, close
 from lobex.characteristic.function import Contact, loop
 from lobex.characteristic.grid import Structure
 from lobex.characteristic.lanes import in_batches, on_device, take
-from lobex.characteristic.line import response
 from lobex.characteristic.method import contacts
 from lobex.characteristic.nyquist import Feedback, Places, places
 from lobex.processes.process import Process
@@ -110,13 +109,18 @@ def _one_sign(structure: Structure, contact: Contact, most: float) -> tuple[Plac
     return Places(*map(np.concatenate, zip(polished, still, strict=True))), np.concatenate(decided)
 
 
-def _at_zero(contact: Contact, open_loops: Any, most: float) -> Places:
+def _at_zero(contact: Contact, open_loops: Loops, most: float) -> Places:
     """The crossings at 0, where L = −(p + q) H(0) < 0, with the rate from its derivative along the real axis."""
-    value = -(contact.current + contact.delayed) * response(open_loops, np.zeros(len(contact.current)) + 0j).real
+    terms = open_loops.constant / (open_loops.upper * open_loops.lower)
+    slopes = open_loops.first / (open_loops.upper * open_loops.lower) + terms * (
+        1 / open_loops.upper + 1 / open_loops.lower
+    )
+    response, steepness = np.sum(terms, axis=0).real, np.sum(slopes, axis=0).real
+    value = -(contact.current + contact.delayed) * response
+    slope = contact.delayed * response - (contact.current + contact.delayed) * steepness
     lane = np.flatnonzero(-value * most > 1)
-    slope: Array = np.asarray(loop(take(contact, lane), np.zeros(len(lane)) + 0j).slope)
     zero = np.zeros(len(lane))
-    return Places(lane, zero, -1 / value[lane], -value[lane] / slope, zero)
+    return Places(lane, zero, -1 / value[lane], -value[lane] / slope[lane] + 0j, zero)
 
 
 @jax.jit
