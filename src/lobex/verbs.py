@@ -28,14 +28,14 @@ Array = Any
 DEFAULT_METHOD = Chebyshev(nodes=40)
 
 
-def monodromy(process: Process, speed: Array, gain: Array, method: Method = DEFAULT_METHOD) -> Array:
+def monodromy(process: Process, speed: Array, gain: Array, method: Method | None = None) -> Array:
     """The monodromy operator U of a process: the state one delay later is U times the state.
 
     Args:
         process: a process, such as ``Rub(modes)``.
         speed: speeds in Hz (revolutions per second), any shape.
         gain: gains, broadcast against ``speed``: K_e in N/m or depth of cut in m.
-        method: ``Chebyshev(…)`` or ``SemiDiscretization(…)``.
+        method: ``Duhamel(…)``, ``Chebyshev(…)``, which with 40 nodes is the default, or ``SemiDiscretization(…)``.
 
     Returns:
         Array of shape (broadcast shape of speed and gain, N, N). Of concrete arguments a float64 NumPy
@@ -46,21 +46,19 @@ def monodromy(process: Process, speed: Array, gain: Array, method: Method = DEFA
 
     Warns:
         LobexWarning: for numbers that can hardly be meant: speeds in rpm, damping in per cent, depths in mm.
-        SweepWarning: when the method's samples are too few to follow the first mode at the lowest speed.
+        SweepWarning: when the default's samples are too few to follow the first mode at the lowest speed.
     """
     speed, gain = _checked(process, speed, gain, method)
-    _warn_of_oddities(process, speed, gain, method)
-    return _monodromy(process, speed, gain, method)
+    return _monodromy(process, speed, gain, _operator(process, speed, gain, method))
 
 
-def multipliers(process: Process, speed: Array, gain: Array, method: Method = DEFAULT_METHOD) -> Array:
+def multipliers(process: Process, speed: Array, gain: Array, method: Method | None = None) -> Array:
     """The Floquet multipliers, complex, largest modulus first: shape (broadcast shape, N).
 
     Arguments, precision, errors and warnings as for ``monodromy``.
     """
     speed, gain = _checked(process, speed, gain, method)
-    _warn_of_oddities(process, speed, gain, method)
-    return _multipliers(process, speed, gain, method)
+    return _multipliers(process, speed, gain, _operator(process, speed, gain, method))
 
 
 def spectral_radius(process: Process, speed: Array, gain: Array, method: Method | None = None) -> Array:
@@ -79,9 +77,7 @@ def spectral_radius(process: Process, speed: Array, gain: Array, method: Method 
             wide = widened(process)
             if suits(wide, float(np.min(speed))):
                 return _by_roots(wide, np.asarray(speed, dtype=float), np.asarray(gain, dtype=float))
-    method = DEFAULT_METHOD if method is None else method
-    _warn_of_oddities(process, speed, gain, method)
-    return _spectral_radius(process, speed, gain, method)
+    return _spectral_radius(process, speed, gain, _operator(process, speed, gain, method))
 
 
 def _by_roots(process: Process, speed: np.ndarray, gain: np.ndarray) -> np.ndarray:
@@ -109,12 +105,15 @@ def _checked(process: Any, speed: Any, gain: Any, method: Any) -> tuple[Array, A
     return speed, gain
 
 
-def _warn_of_oddities(process: Process, speed: Any, gain: Any, method: Method) -> None:
-    if _checks.is_traced((process, speed, gain)) or not (np.size(speed) and np.size(gain)):
-        return
-    with at_once():
-        for message in oddities(widened(process), method, float(np.min(speed)), float(np.max(gain))):
-            warn(message, SweepWarning)
+def _operator(process: Process, speed: Any, gain: Any, method: Method | None) -> Method:
+    """The method, or where none was chosen the default one, which is warned of where it is too coarse."""
+    if method is not None:
+        return method
+    if not _checks.is_traced((process, speed, gain)) and np.size(speed) and np.size(gain):
+        with at_once():
+            for message in oddities(widened(process), DEFAULT_METHOD, float(np.min(speed)), float(np.max(gain))):
+                warn(message, SweepWarning)
+    return DEFAULT_METHOD
 
 
 def _matrix(process: Process, method: Method, speed: Array, gain: Array) -> Array:

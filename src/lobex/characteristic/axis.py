@@ -63,10 +63,10 @@ def axis_crossings(process: Process, speeds: np.ndarray, lowest: float, highest:
             one = Contact(contact.numerator, contact.denominator, sign * contact.current, sign * contact.delayed)
             found, closed = _one_sign(structure, one, most)
             trusted &= closed
-            parts.append((found.lane, found.height, sign * found.gain, found.rate.real, found.moved))
+            parts.append((found.lane, found.height, sign * found.gain, found.rate, found.moved))
     owner, omega, gain, rate, moved = map(np.concatenate, zip(*parts, strict=True))
     # A pair, or one on the real axis; with falling |K| roots that came in on the negative side go out again.
-    change = np.sign(rate * gain).astype(int) * np.where(omega == 0, 1, 2)
+    change = np.sign(rate.real * gain).astype(int) * np.where(omega == 0, 1, 2)
     unstable = np.sum(place.real > 0, axis=1)
     before = (gain <= lowest) if lowest >= 0 else (gain > lowest) & (gain < 0)
     np.add.at(unstable, owner[before], np.where(gain > 0, change, -change)[before])
@@ -82,9 +82,11 @@ def axis_crossings(process: Process, speeds: np.ndarray, lowest: float, highest:
         owner=number[owner],
         gain=gain[order],
         frequency=np.abs(omega[order]) / (2 * np.pi * structure.delay[owner]),
-        rate=rate[order],
+        rate=rate.real[order],
         change=change[order],
-        error=moved[order] + 8 * np.finfo(float).eps * np.abs(gain[order]) * (1 + np.abs(omega[order])),
+        # Rounding of y, and of the terms of a denominator at a resonance, which the slope of log L makes of it.
+        error=moved[order]
+        + 8 * np.finfo(float).eps * np.abs(gain[order]) * (1 + np.abs(omega[order]) * (1 + 1 / np.abs(rate[order]))),
     )
 
 
