@@ -33,7 +33,7 @@ test-all: $(VENV)/.test
 	$(PYTEST) -m "search or not search"
 
 coverage: $(VENV)/.test
-	$(PYTEST) --cov
+	$(PYTEST) --cov=lobex
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .
