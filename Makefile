@@ -1,5 +1,5 @@
 # make demo   make the environment and draw the first diagram, rub.nc and rub.png
-# make test   make the environment and run the tests: under 8 minutes on two cores, nearly all of it compiling
+# make test   make the environment and run the tests; nearly all of their time goes into compiling
 # make test-all   the same, and the long statistical searches that are marked so
 # make coverage   run the tests and print which lines no test runs
 # make lint   ruff and pyright
@@ -33,7 +33,7 @@ test-all: $(VENV)/.test
 	$(PYTEST) -m "search or not search"
 
 coverage: $(VENV)/.test
-	$(PYTEST) --cov
+	$(PYTEST) --cov=lobex
 
 lint: $(VENV)/.dev
 	$(BIN)/ruff check .

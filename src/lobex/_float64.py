@@ -8,6 +8,7 @@ from typing import Any, ParamSpec, TypeVar, cast
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.core import eval_context
 
 from lobex._checks import is_traced
 
@@ -19,7 +20,7 @@ Tree = TypeVar("Tree")
 @contextmanager
 def at_once() -> Iterator[None]:
     """Float64, and numbers at once: within somebody's jit, too, what depends on nothing traced is not traced."""
-    with jax.enable_x64(True), jax.core.eval_context():
+    with jax.enable_x64(True), eval_context():
         yield
 
 

@@ -10,8 +10,6 @@ import lobex
 if TYPE_CHECKING:
     import xarray
 
-# Speeds per call: one compiled program then serves every limit of structures with as many modes.
-_BLOCK = 128
 CONTACT_STIFFNESS = (4.5e4, 4.5e6)
 """Chapter 4's range of K_e, N/m."""
 RADIAL = 2e8
@@ -55,13 +53,9 @@ def milling() -> lobex.Milling:
 
 
 def limits(process: Any, speed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The exact stability limit and its chatter frequency (Hz) at every speed, in blocks of one size."""
-    rows = -(-len(speed) // _BLOCK)
-    filled = np.r_[speed, np.full(rows * _BLOCK - len(speed), speed[-1])].reshape(rows, _BLOCK)
-    found = [lobex.exact_limit(process, row) for row in filled]
-    gain = np.concatenate([limit.gain for limit in found])
-    frequency = np.concatenate([limit.chatter_frequency for limit in found])
-    return gain[: len(speed)], frequency[: len(speed)]
+    """The exact stability limit and its chatter frequency (Hz) at every speed."""
+    found = lobex.exact_limit(process, speed)
+    return found.gain, found.chatter_frequency
 
 
 def family(
