@@ -64,7 +64,8 @@ def axis_crossings(process: Process, speeds: np.ndarray, lowest: float, highest:
             found, closed = _one_sign(structure, one, most)
             trusted &= closed
             parts.append((found.lane, found.height, sign * found.gain, found.rate, found.moved))
-    owner, omega, gain, rate, moved = map(np.concatenate, zip(*parts, strict=True))
+    owner, omega, gain, moved = (np.concatenate([part[i] for part in parts]) for i in (0, 1, 2, 4))
+    rate: Array = np.concatenate([part[3] for part in parts])
     # A pair, or one on the real axis; with falling |K| roots that came in on the negative side go out again.
     change = np.sign(rate.real * gain).astype(int) * np.where(omega == 0, 1, 2)
     unstable = np.sum(place.real > 0, axis=1)
