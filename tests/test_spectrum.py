@@ -103,7 +103,7 @@ def test_critical_speeds_divide_the_natural_frequencies():
 @pytest.fixture(scope="module")
 def spectrum():
     speeds = np.linspace(60, 400, 41)
-    return lobex.march_wear(ROD, lobex.Casing(), lobex.Linear(4.5e6), speeds, 4, 256).spectrum(window="hann")
+    return lobex.march_wear(ROD, lobex.Casing(), lobex.Linear(4.5e6), speeds, 4, 320).spectrum(window="hann")
 
 
 def test_the_picture_shows_engine_orders_natural_frequencies_and_critical_speeds(spectrum):
