@@ -301,11 +301,11 @@ def test_an_interruption_waits_for_the_chunk_and_keeps_it(finished, tmp_path, mo
     folder, swept = tmp_path / "s", []
     sweep = charts.grids.sweep
 
-    def interrupted(*arguments):
+    def interrupted(*arguments, **settings):
         swept.append(arguments)
         if len(swept) == 3:
             signal.raise_signal(signal.SIGINT)
-        return sweep(*arguments)
+        return sweep(*arguments, **settings)
 
     handler = signal.getsignal(signal.SIGINT)
     with monkeypatch.context() as patch:
@@ -319,7 +319,7 @@ def test_an_interruption_waits_for_the_chunk_and_keeps_it(finished, tmp_path, mo
 
 
 def test_the_second_interruption_does_not_wait(tmp_path, monkeypatch):
-    def twice(*_):
+    def twice(*_, **__):
         signal.raise_signal(signal.SIGINT)
         signal.raise_signal(signal.SIGINT)
         raise AssertionError("went on")

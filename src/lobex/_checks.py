@@ -69,11 +69,10 @@ def positive(name: str, value: Any, unit: str = "") -> None:
 
 
 def not_negative(name: str, value: Any, unit: str = "") -> None:
-    """Require every value to be finite and zero or at least 1e-100."""
+    """Require every value to be finite and at least zero; what is nearly zero is as good as that."""
     numbers = as_numbers(name, value, unit)
     if numbers is not None and np.any(numbers < 0):
         raise ValueError(f"{name} = {_show(numbers)} must not be negative; give {_in(unit, '0 or more')}")
-    _not_vanishing(name, numbers, unit)
 
 
 def scalar(name: str, value: Any) -> None:
