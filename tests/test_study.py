@@ -199,11 +199,11 @@ def test_only_the_chunks_asked_for_are_read(tmp_path, monkeypatch):
 
 def test_failed_points_are_counted_over_all_chunks():
     def fails(numbers):
-        return lobex.Rub(lobex.Modes([1000.0], [0.03], [[numbers["a"] ** 2]]))
+        return lobex.Rub(lobex.Modes([1000.0], [0.03], [[numbers["a"]]]))
 
     # Beyond the largest number the operator is not finite, and a chunk warns.
     with pytest.warns(lobex.SweepWarning, match=r"failed and are NaN.*first of 2 such warnings in 3 chunks"):
-        study = lobex.sweep(fails, [500.0, 600.0], [1e5, 1e6], METHOD, over={"a": [1.0, 1e80, 1e85]})
+        study = lobex.sweep(fails, [500.0, 600.0], [1e98, 1e99], METHOD, over={"a": [1e-47, 1e99, 1e100]})
     failed = np.isnan(study["spectral_radius"]).to_numpy()
     assert not failed[0].any()
     assert failed[1:].all()

@@ -15,6 +15,7 @@ Array = Any
 _STEPS = 3
 # Of a sum of rounded terms.
 _ULPS = 4.0
+_AWAY = 10.0
 
 
 def polish(contact: Contact, lane: Array, gain: Array, root: Array) -> tuple[Array, Array]:
@@ -22,21 +23,23 @@ def polish(contact: Contact, lane: Array, gain: Array, root: Array) -> tuple[Arr
 
     What is a root at every gain, since the contact does not see it, is left as it is.
     """
-    better, error = in_batches(partial(_polish, on_device(contact.filled())), (lane, gain, root))
-    still = ~np.isfinite(better) | ~(np.abs(better - root) < 1e-6 * (1 + np.abs(root)))
+    better, error, stays = in_batches(partial(_polish, on_device(contact.filled())), (lane, gain, root))
+    still = stays | ~np.isfinite(better) | ~(np.abs(better - root) < 1e-6 * (1 + np.abs(root)))
     better = np.where(still, root, better)
     error = np.where(still, _ULPS * np.finfo(float).eps * _largest_pole(contact)[lane], error)
     return better.real + 1j * np.abs(better.imag), error
 
 
 def _largest_pole(contact: Contact) -> Array:
-    """A bound of every pole, (lanes,), by Cauchy's."""
-    return 1 + np.max(np.abs(contact.denominator), axis=(0, 1))
+    """A bound of every pole, (lanes,), by Fujiwara's (1916)."""
+    size = np.shape(contact.denominator)[1]
+    root = np.abs(contact.denominator) ** (1 / np.arange(size, 0, -1))[:, None]
+    return 1 + 2 * np.max(root, axis=(0, 1))
 
 
 @jax.jit
-def _polish(contacts: Contact, lane: Array, gain: Array, z: Array) -> tuple[Array, Array]:
-    """Newton's method on log M(z) − z, whose terms cannot overflow."""
+def _polish(contacts: Contact, lane: Array, gain: Array, z: Array) -> tuple[Array, Array, Array]:
+    """Newton's method on log M(z) − z, whose terms cannot overflow; and whether it leads away from the root."""
     contact = take(contacts, lane)
     present, delayed = gain * contact.current, gain * contact.delayed
 
@@ -53,6 +56,9 @@ def _polish(contacts: Contact, lane: Array, gain: Array, z: Array) -> tuple[Arra
         value, slope, _ = rest(state[0])
         return state[0] - value / slope, jnp.abs(value / slope)
 
+    # From a pole that is a root to rounding each step leads further.
+    value, slope, _ = rest(z)
+    begun = jnp.abs(value / slope)
     z, change = jax.lax.fori_loop(0, _STEPS, improve, (z, jnp.zeros(jnp.shape(gain))))
     _, slope, rounding = rest(z)
-    return z, change + _ULPS * jnp.finfo(change.dtype).eps * rounding / jnp.abs(slope)
+    return z, change + _ULPS * jnp.finfo(change.dtype).eps * rounding / jnp.abs(slope), change > _AWAY * begun
