@@ -96,7 +96,8 @@ def two_cores(kind: str) -> float:
 
     def point(speed: Any, gain: Any) -> Any:
         system = MILL.system(speed, gain)
-        return power.dominant(method.assemble(method.prepare(system), system.feedback, inverse), 8).value
+        prepared = method.prepare(system)
+        return power.dominant(method.assemble(prepared, method.respond(prepared, system, inverse)), 8).value
 
     speed, gain = np.tile(np.linspace(40, 400, 64), BATCH // 64), np.repeat(np.linspace(0, 5e-3, BATCH // 64), 64)
     size = 512

@@ -1,5 +1,7 @@
 """Dominant characteristic roots against dense operators, closed forms, and the count of roots by eigenvalues."""
 
+from dataclasses import replace
+
 import jax
 import numpy as np
 import pytest
@@ -16,8 +18,8 @@ from lobex.characteristic.lanes import on_device
 from lobex.characteristic.line import roots_beyond
 from lobex.characteristic.method import CharacteristicRoots, contacts
 from lobex.operators.duhamel import Duhamel
-from lobex.processes.feedback import ConstantFeedback
-from lobex.processes.system import DelaySystem
+from lobex.systems.coefficients import Constant
+from lobex.systems.terms import Delayed, Present
 
 ROOTS = CharacteristicRoots()
 GAINS = np.linspace(4.5e4, 4.5e6, 41)
@@ -194,14 +196,8 @@ class Offset:
     speed_unit = "Hz"
 
     def system(self, speed, gain):
-        system = ROD.system(speed, gain)
-        return DelaySystem(
-            system.blocks,
-            system.inputs,
-            system.outputs,
-            system.delay,
-            ConstantFeedback(-1e5 * np.eye(1), gain * np.eye(1)),
-        )
+        terms = Present(Constant(-1e5 * np.eye(1))), Delayed(Constant(gain * np.eye(1)))
+        return replace(ROD.system(speed, gain), terms=terms)
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,6 @@ from lobex.operators.elimination import inverse
 from lobex.operators.exponential import exponential
 from lobex.operators.moments import cell_phases, exponential_moments
 from lobex.operators.response import forced_response, gauss_nodes, quickness
-from lobex.processes.feedback import Piece
 
 
 @jax.jit
@@ -27,7 +26,7 @@ def _moments(block):
 
 @jax.jit
 def _response(speed, force):
-    response = forced_response(ROD.system(speed, 1e6), Piece(0.0, 1.0, False), len(force))
+    response = forced_response(ROD.system(speed, 1e6), 1.0, len(force))
     return response.forced @ force
 
 
@@ -171,10 +170,9 @@ def test_a_present_force_without_the_gain_is_taken_in_once_and_for_all():
     method = lobex.Duhamel(nodes=18)
     with jax.enable_x64(True):
         each, once = (
-            method.assemble(method.prepare(system, resolved), system.feedback, jnp.linalg.inv)
-            for resolved in (False, True)
+            method.assemble(prepared, method.respond(prepared, system, jnp.linalg.inv))
+            for prepared in (method.prepare(system, False), method.prepare(system, True))
         )
-    assert process.gain.delayed_only
     assert np.asarray(once) == pytest.approx(np.asarray(each), rel=1e-12, abs=1e-13)
 
 

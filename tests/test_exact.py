@@ -10,8 +10,10 @@ from scipy.special import lambertw, mathieu_a, mathieu_b
 
 import lobex
 from cases import MILL, MULTIPLIER_CASES, MULTIPLIER_TOOLS, ROD, label, milling, point
-from lobex.processes.feedback import HarmonicFeedback
-from lobex.processes.system import DelaySystem
+from lobex.systems.coefficients import Constant, Harmonic
+from lobex.systems.mesh import pieces_of
+from lobex.systems.system import DelaySystem
+from lobex.systems.terms import Delayed, Present
 
 FINE = lobex.Chebyshev(nodes=48)
 
@@ -45,7 +47,8 @@ def test_periodic_scalar_multipliers_by_lambert_w():
     a, b = -0.4, 0.8
     with jax.enable_x64(True):
         one = np.ones((1, 1, 1))
-        system = DelaySystem(a * one, one, one, np.float64(1.0), HarmonicFeedback(np.float64(1.5), np.float64(b)))
+        terms = Present(Harmonic(-1.5 * one[0])), Delayed(Constant(b * one[0]))
+        system = DelaySystem(a * one, one, one, np.float64(1.0), terms)
         found = np.linalg.eigvals(np.asarray(FINE.operator(system).matrix))
     for branch in (-1, 0, 1):
         assert np.min(np.abs(found - b / lambertw(b * np.exp(-a), branch))) < 1e-10
@@ -67,13 +70,13 @@ def test_undamped_mathieu_fold_and_flip_lines(epsilon, index):
 def fundamental_matrix(system, mu):
     """Ψ over one delay of the ordinary equation that z(t − τ) = z(t)/μ leaves, by an 8th-order integrator."""
     drift, inputs, outputs = (np.asarray(m()) for m in (system.drift, system.input_matrix, system.output_matrix))
-    size, tau = len(drift), float(system.delay)
+    size, tau = len(drift), float(system.period)
     psi = np.eye(size, dtype=complex)
-    for index, piece in enumerate(system.feedback.pieces()):
-        coefficients = jax.jit(partial(system.feedback.within, index))
+    for piece in pieces_of(system):
+        coefficients = jax.jit(partial(system.within, piece.start + piece.length / 2))
 
         def slope(phase, z, coefficients=coefficients):
-            current, delayed = (np.asarray(m)[0] for m in coefficients(np.array([phase])))
+            current, delayed = (np.asarray(m)[0] for m in jax.tree.leaves(coefficients(np.array([phase]))))
             matrix = drift + inputs @ (current + delayed / mu) @ outputs
             return tau * (matrix @ z.reshape(size, -1)).ravel()
 

@@ -22,7 +22,7 @@ def nonzero(values, threshold=1e-7):
 
 def written_out_collocation(system, nodes):
     """(3.10)-(3.15) as the thesis states them, Kronecker products and all, on the whole state."""
-    tau = float(system.delay)
+    tau = float(system.period)
     drift, inputs, outputs = (np.asarray(m()) for m in (system.drift, system.input_matrix, system.output_matrix))
     d = len(drift)
     x = np.cos(np.pi * np.arange(nodes) / (nodes - 1))
@@ -31,7 +31,7 @@ def written_out_collocation(system, nodes):
     derivative = np.outer(c, 1 / c) / difference
     derivative -= np.diag(derivative.sum(axis=1))
     phase = (x[:-1] + 1) / 2
-    current, delayed = (np.asarray(m) for m in system.feedback.at(phase))
+    current, delayed = (np.asarray(m) for m in jax.tree.leaves(system.at(phase)))
     left = np.kron(derivative * 2 / tau, np.eye(d))
     right = np.zeros_like(left)
     left[-d:] = 0
@@ -62,8 +62,8 @@ def test_single_interval_is_the_thesis_operator(process, speed, gain):
 def written_out_semi_discretization(process, speed, gain, k):
     """(3.19)-(3.23) of 1-DoF milling as Appendix A means them, from the entry of the tooth, K_s by quadrature."""
     with jax.enable_x64(True):
-        feedback = process.system(speed, gain).feedback
-        start, leave = float(feedback.entry), float(feedback.exit)
+        cutting = process.system(speed, gain).terms[0].coefficient
+        start, leave = float(cutting.entry), float(cutting.exit)
     omega, ratio = process.modes.angular_frequency[0], process.modes.damping_ratio[0]
     squared, step = process.modes.shape[0, 0] ** 2, 1 / speed / k
 
@@ -154,24 +154,24 @@ def test_milling_pieces_and_means_agree_with_the_screen_function(teeth, immersio
     tool = {**TOOL, "teeth": teeth}
     process = milling(tool, immersion, direction, 2)
     with jax.enable_x64(True):
-        feedback = process.system(100.0, 1e-3).feedback
-        pieces = feedback.pieces()
+        cutting = process.system(100.0, 1e-3).terms[0].coefficient
+        pieces = cutting.pieces()
         assert sum(float(p.length) for p in pieces) == pytest.approx(1)
         total = np.zeros((2, 2))
-        for index, piece in enumerate(pieces):
+        for piece in pieces:
             inside = float(piece.start) + float(piece.length) * np.array([0.011, 0.3, 0.77, 0.987])
-            anywhere = np.asarray(feedback.at(inside)[1])
+            anywhere = np.asarray(cutting.at(inside))
             scale = 1e-3 * tool["tangential_N_per_m2"]
-            assert np.asarray(feedback.within(index, inside)[1]) == pytest.approx(anywhere, abs=1e-9 * scale)
+            assert np.asarray(cutting.within(inside[1], inside)) == pytest.approx(anywhere, abs=1e-9 * scale)
             if piece.idle is True:
                 assert not anywhere.any()
             x, w = np.polynomial.legendre.leggauss(40)
             nodes = float(piece.start) + float(piece.length) * (x + 1) / 2
-            total += float(piece.length) / 2 * np.einsum("k,kab->ab", w, np.asarray(feedback.within(index, nodes)[1]))
+            total += float(piece.length) / 2 * np.einsum("k,kab->ab", w, np.asarray(cutting.within(inside[1], nodes)))
         start = float(pieces[0].start)
-        mean = np.asarray(feedback.mean(np.array([start]), np.array([start + 1]))[1])[0]
+        mean = np.asarray(cutting.mean(np.array([start]), np.array([start + 1])))[0]
         assert mean == pytest.approx(total, abs=1e-10 * scale)
-        parts = np.asarray(feedback.mean(start + np.arange(7) / 7, start + np.arange(1, 8) / 7)[1])
+        parts = np.asarray(cutting.mean(start + np.arange(7) / 7, start + np.arange(1, 8) / 7))
         assert parts.mean(axis=0) == pytest.approx(total, abs=1e-10 * scale)
 
 

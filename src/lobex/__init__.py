@@ -25,9 +25,9 @@ if TYPE_CHECKING:
     from lobex.operators.semi_discretization import SemiDiscretization
     from lobex.plots.campbell import campbell
     from lobex.processes.canonical import DelayedMathieu, Scalar
+    from lobex.processes.linear_delay import LinearDelay
     from lobex.processes.milling import Milling
     from lobex.processes.regenerative import Rub, Turning
-    from lobex.processes.system import DelaySystem
     from lobex.results.band import Band
     from lobex.results.boundary import Boundary
     from lobex.results.chart import Chart
@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from lobex.studies.charts import sweep
     from lobex.studies.limits import critical_gain
     from lobex.studies.wear import march_wear
+    from lobex.systems.system import DelaySystem
     from lobex.verbs import monodromy, multipliers, spectral_radius
 
 __version__ = "0.1.0"
@@ -57,11 +58,12 @@ _HOME = {
     "Chebyshev": "operators.chebyshev",
     "Cubic": "contact.laws",
     "Cut": "results.cut",
-    "DelaySystem": "processes.system",
+    "DelaySystem": "systems.system",
     "DelayedMathieu": "processes.canonical",
     "Duhamel": "operators.duhamel",
     "Limit": "results.limit",
     "Linear": "contact.laws",
+    "LinearDelay": "processes.linear_delay",
     "LobexWarning": "_warnings",
     "March": "results.march",
     "Milling": "processes.milling",
@@ -113,6 +115,7 @@ __all__ = [
     "Duhamel",
     "Limit",
     "Linear",
+    "LinearDelay",
     "LobexWarning",
     "March",
     "Milling",

@@ -14,7 +14,7 @@ import numpy as np
 
 from lobex._pytree import pytree
 from lobex.characteristic.lanes import with_modes
-from lobex.processes.system import DelaySystem
+from lobex.systems.system import DelaySystem
 
 Array = Any
 
@@ -69,20 +69,20 @@ def contact(system: DelaySystem) -> Contact:
 
     The coefficients of C adj(zI − τA) E and of the characteristic polynomial by Faddeev and LeVerrier.
     """
-    blocks = system.blocks * system.delay
+    blocks = system.blocks * system.period
     size = jnp.shape(blocks)[-1]
     unit = jnp.eye(size, dtype=blocks.dtype)
     power = jnp.broadcast_to(unit, blocks.shape)
     numerator, denominator = [], []
     for degree in range(1, size + 1):
-        numerator.append(system.delay * jnp.einsum("nrs,nst,ntr->n", system.outputs, power, system.inputs))
+        numerator.append(system.period * jnp.einsum("nrs,nst,ntr->n", system.outputs, power, system.inputs))
         product = blocks @ power
         coefficient = -jnp.trace(product, axis1=-2, axis2=-1) / degree
         denominator.append(coefficient)
         power = product + coefficient[:, None, None] * unit
-    current, delayed = system.feedback.at(jnp.zeros(1))
+    present, (delayed,) = system.at(jnp.zeros(1))
     return Contact(
-        jnp.stack(numerator[::-1], axis=1), jnp.stack(denominator[::-1], axis=1), current[0, 0, 0], delayed[0, 0, 0]
+        jnp.stack(numerator[::-1], axis=1), jnp.stack(denominator[::-1], axis=1), present[0, 0, 0], delayed[0, 0, 0]
     )
 
 

@@ -12,9 +12,8 @@ from lobex._pytree import pytree
 from lobex.characteristic.function import Contact, contact
 from lobex.characteristic.grid import Structure, rightmost_at_points, rightmost_roots
 from lobex.characteristic.lanes import few
-from lobex.processes.feedback import ConstantFeedback
 from lobex.processes.process import Process, check_process
-from lobex.processes.system import DelaySystem
+from lobex.systems.system import DelaySystem
 
 Array = Any
 
@@ -133,11 +132,16 @@ def suits(process: Process, speed: float) -> bool:
     with jax.enable_x64(True):
         number = jax.ShapeDtypeStruct((), np.float64)
         system = jax.eval_shape(process.system, number, number)
-    if not isinstance(system.feedback, ConstantFeedback) or system.output_size != 1:
+    if not system.constant or system.output_size != 1:
         return False
-    feedbacks: Any = [process.system(speed, gain).feedback for gain in (0.0, 1.0, 2.0)]
-    none, one, two = (np.ravel([feedback.current, feedback.delayed]) for feedback in feedbacks)
+    none, one, two = (np.ravel(_coefficients(process, speed, gain)) for gain in (0.0, 1.0, 2.0))
     return bool(np.all(none == 0) and np.allclose(two, 2 * one, rtol=1e-12, atol=0.0))
+
+
+def _coefficients(process: Process, speed: Array, gain: Array) -> tuple[Array, Array]:
+    """Constant P and Q, (1, 1, 1) each."""
+    present, (delayed,) = process.system(speed, gain).at(np.zeros(1))
+    return present, delayed
 
 
 @jax.jit
@@ -145,8 +149,7 @@ def _contacts(process: Process, speeds: Array, largest: Any) -> tuple[Structure,
     """The structures and the contacts at a gain of one, and P and Q at a gain of zero and the largest, (n, 2, 2)."""
 
     def coefficients(speed: Array, gain: Array) -> Array:
-        feedback: Any = process.system(speed, gain).feedback
-        return jnp.stack([feedback.current[0, 0], feedback.delayed[0, 0]])
+        return jnp.stack([part[0, 0, 0] for part in _coefficients(process, speed, gain)])
 
     def one(speed: Array) -> tuple[Structure, Contact, Array]:
         system = process.system(speed, jnp.ones_like(speed))
@@ -158,7 +161,7 @@ def _contacts(process: Process, speeds: Array, largest: Any) -> tuple[Structure,
             outputs=system.output_matrix()[0],
             present=made.current,
             delayed=made.delayed,
-            delay=jnp.asarray(system.delay),
+            delay=jnp.asarray(system.period),
         )
         return structure, made, others
 
@@ -169,7 +172,7 @@ def _check(process: Process) -> None:
     check_process(process)
     number = jax.ShapeDtypeStruct((), np.float64)
     system = jax.eval_shape(process.system, number, number)
-    if not isinstance(system.feedback, ConstantFeedback):
+    if not system.constant:
         raise ValueError(f"{_named(process)} has periodic coefficients; give constant ones, such as lobex.Rub")
     if system.output_size != 1:
         raise ValueError(f"{_named(process)} has {system.output_size} contact directions; give modes with one")

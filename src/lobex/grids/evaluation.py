@@ -146,6 +146,6 @@ def _dominant(
         else:
             pair = power.dominant(operator.matrix, squarings)
             value, vector, residual = *map(power.as_complex, pair[:2]), power.residual(operator.matrix, pair)
-        return value, chatter_frequency(operator, system.delay, value, vector), residual
+        return value, chatter_frequency(operator, system.period, value, vector), residual
 
     return over_points(point, speed, gain)

@@ -22,6 +22,8 @@ from lobex.operators.duhamel import Duhamel
 from lobex.operators.elimination import inverse
 from lobex.operators.response import quickness, samples_in_flight, tail_bound
 from lobex.processes.process import Process
+from lobex.systems.mesh import mesh_of
+from lobex.systems.traits import Traits, traits_of
 
 Array = Any
 
@@ -63,7 +65,7 @@ class _Refinement:
     """One process and method at points."""
 
     def __init__(self, process: Process, method: Duhamel, every_mode: bool = False) -> None:
-        self.process, self.method = process, method
+        self.process, self.method, self.traits = process, method, traits_of(process)
         self.followed = np.max if every_mode else np.min
         self.sizes: tuple[int, ...] = ()
         self.in_flight = 0
@@ -112,12 +114,16 @@ class _Refinement:
 
         def prepare(method: Duhamel) -> object:
             with jax.enable_x64(True):
-                return prepared_at(self.process, method, np.full(SPEEDS, speed), gain, self.in_flight)
+                return prepared_at(self.process, method, np.full(SPEEDS, speed), gain, self.traits, self.in_flight)
 
         def evaluate(method: Duhamel) -> object:
             with jax.enable_x64(True):
                 shapes = jax.eval_shape(
-                    partial(prepared_at, in_flight=self.in_flight), self.process, method, np.full(SPEEDS, speed), gain
+                    partial(prepared_at, traits=self.traits, in_flight=self.in_flight),
+                    self.process,
+                    method,
+                    np.full(SPEEDS, speed),
+                    gain,
                 )
                 prepared = jax.tree.map(lambda part: np.zeros(part.shape, part.dtype), shapes)
                 slab = _Slab(self, np.full(SPEEDS, speed), np.zeros(1, dtype=int), np.full(1, gain))
@@ -142,8 +148,8 @@ class _Refinement:
         """Radians that the mode to follow turns through in half of the widest piece in contact."""
         system = self.process.system(speed, 0.0)
         rate = float(self.followed(quickness(np.asarray(system.blocks))))
-        widest = max(float(piece.length) for piece in system.feedback.pieces() if piece.idle is not True)
-        return max(np.nan_to_num(rate * float(system.delay) * widest / 2), np.finfo(float).tiny)
+        widest = float(np.max(mesh_of(system).length))
+        return max(np.nan_to_num(rate * float(system.period) * widest / 2), np.finfo(float).tiny)
 
 
 def _shares(speeds: int) -> np.ndarray:
@@ -182,7 +188,9 @@ class _Slab:
     def _settle(self, points: np.ndarray, method: Duhamel) -> None:
         """Compute points with the nodes of ``method``, with more effort where the pair does not settle."""
         speeds = np.resize(self.speeds, SPEEDS)
-        prepared = prepared_at(self.whole.process, method, speeds, self.gain[0], self.whole.in_flight)
+        prepared = prepared_at(
+            self.whole.process, method, speeds, self.gain[0], self.whole.traits, self.whole.in_flight
+        )
         for effort in _EFFORTS:
             self.dense_points += (effort == 0) * len(points)
             self.evaluate(prepared, points, method, effort)
@@ -201,7 +209,14 @@ class _Slab:
             filled = np.resize(part, size)
             row = self.row[filled]
             results = _dominant(
-                self.whole.process, prepared, row, self.speeds[row], self.gain[filled], method, effort, densely
+                self.whole.process,
+                prepared,
+                row,
+                self.speeds[row],
+                self.gain[filled],
+                method,
+                effort,
+                densely,
             )
             for target, result in zip(targets, results, strict=True):
                 target[part] = np.asarray(result)[: len(part)]
@@ -211,12 +226,14 @@ class _Slab:
         return int(max(_CHUNK_BYTES / (8 * size**2), _FEW))
 
 
-@partial(jax.jit, static_argnames="in_flight")
-def prepared_at(process: Process, method: Duhamel, speeds: Array, gain: Array, in_flight: int) -> Any:
-    """The structure's part of the operators at each speed."""
+@partial(jax.jit, static_argnames=("traits", "in_flight"))
+def prepared_at(process: Process, method: Duhamel, speeds: Array, gain: Array, traits: Traits, in_flight: int) -> Any:
+    """What of the operators is the same for all gains at each speed; None where nothing is."""
+    if traits.structure_by_gain:
+        return None
 
     def at(speed: Array) -> Any:
-        return method.prepare(process.system(speed, gain), process.gain.delayed_only, in_flight)
+        return method.prepare(process.system(speed, gain), not traits.present_by_gain, in_flight)
 
     return jax.vmap(at)(speeds)
 
@@ -236,15 +253,16 @@ def _dominant(
 
     def point(row: Array, speed: Array, gain: Array) -> tuple[Array, ...]:
         system = process.system(speed, gain)
-        mine = jax.tree.map(lambda part: part[row], prepared)
-        matrix = method.assemble(mine, system.feedback, jnp.linalg.inv if densely else inverse)
+        mine = method.prepare(system) if prepared is None else jax.tree.map(lambda part: part[row], prepared)
+        respond = method.respond(mine, system, jnp.linalg.inv if densely else inverse)
+        matrix = method.assemble(mine, respond)
         if densely:
             value, vector = dense.dominant_pair(matrix)
             pair = Pair(*map(as_pair, (value, vector, dense.left_vector(matrix, value, vector))))
         else:
             pair = power.dominant(matrix, squarings)
-        motion = method.motion(mine, system, pair)
-        frequency = carrier_frequency(motion.phase, motion.weight, motion.output, system.delay, pair.value)
+        motion = method.motion(mine, respond, system, pair)
+        frequency = carrier_frequency(motion.phase, motion.weight, motion.output, system.period, pair.value)
         return as_complex(pair.value), frequency, motion.error, motion.rounding, motion.defect
 
     return jax.vmap(point)(row, speed, gain)

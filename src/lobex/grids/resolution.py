@@ -14,11 +14,11 @@ def oddities(process: Process, method: Method | CharacteristicRoots, slowest: fl
     if not np.isfinite(blocks).all():
         return []
     turning = np.max(np.imag(np.linalg.eigvals(blocks)), axis=-1)
-    turns = float(np.min(turning) * np.asarray(system.delay))
+    turns = float(np.min(turning) * np.asarray(system.period))
     allowed = method.resolved_radians(system)
     if turns > allowed:
         return [
-            f"at speed = {slowest:.6g} Hz the first mode turns through {turns:.0f} rad per delay, more than the "
+            f"at speed = {slowest:.6g} Hz the first mode turns through {turns:.0f} rad per period, more than the "
             f"{allowed:.0f} rad that {method} resolves; take more nodes or steps, or check that speeds are "
             "revolutions per second"
         ]

@@ -3,7 +3,7 @@
 import numpy as np
 
 from lobex.processes.process import Process
-from lobex.processes.system import DelaySystem
+from lobex.systems.system import DelaySystem
 
 # A lobe is a wave more or less between two passes: with four columns in each, none falls between two.
 MOST_WAVES = 0.25
@@ -20,7 +20,7 @@ def waves_per_cell(process: Process, speeds: np.ndarray, largest_gain: float) ->
     system = process.system(speeds[0], largest_gain)
     fastest = _fastest_frequency(system)
     # The delay is proportional to 1/speed.
-    change = np.abs(np.diff(speeds[0] / speeds)) * float(np.asarray(system.delay))
+    change = np.abs(np.diff(speeds[0] / speeds)) * float(np.asarray(system.period))
     worst = int(np.argmax(change))
     return float(fastest * change[worst]), fastest, float(speeds[worst])
 
@@ -39,11 +39,12 @@ def _fastest_frequency(system: DelaySystem) -> float:
     if not roots.size:
         return 0.0
     natural = np.abs(roots)
-    if not system.feedback.constant:
+    if not system.constant:
         return float(natural.max()) / (2 * np.pi)
     ratio = np.maximum(-np.real(roots) / natural, 1e-6)
     omega = natural[:, None] * np.maximum(1 + ratio[:, None] * np.linspace(-_BESIDE, _BESIDE, _POINTS), 0.5)
-    current, delayed = (np.asarray(c)[0] for c in system.feedback.at(np.zeros(1)))
+    forces = system.at(np.zeros(1))
+    current, delayed = np.asarray(forces.present)[0], np.sum([np.asarray(part)[0] for part in forces.delayed], axis=0)
     inputs, outputs = np.asarray(system.inputs), np.asarray(system.outputs)
     shifted = 1j * omega[:, :, None, None, None] * np.eye(blocks.shape[-1]) - blocks
     response = np.sum(

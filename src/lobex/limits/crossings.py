@@ -24,6 +24,7 @@ from lobex.operators.operator import Method
 from lobex.operators.response import samples_in_flight
 from lobex.processes.process import Process
 from lobex.results.limit import Kind
+from lobex.systems.traits import traits_of
 
 Array = Any
 
@@ -129,7 +130,9 @@ def _polished_batch(
     process: Process, method: Method, effort: int, in_flight: int, speed: np.ndarray, low: np.ndarray, *others: Any
 ) -> tuple[Array, ...]:
     # The scan has compiled this for as many speeds.
-    prepared = prepared_at(process, method, speed, low[0], in_flight) if isinstance(method, Duhamel) else None
+    prepared = None
+    if isinstance(method, Duhamel):
+        prepared = prepared_at(process, method, speed, low[0], traits_of(process), in_flight)
     return _polished(process, method, effort, prepared, speed, low, *others, densely=effort == 0)
 
 
@@ -159,15 +162,21 @@ def _polished(
 def _family(process: Process, method: Method, prepared: Any, speed: Array, densely: bool) -> Family:
     if isinstance(method, Duhamel):
         solve = jnp.linalg.inv if densely else inverse
-        return lambda gain: method.assemble(prepared, process.system(speed, gain).feedback, solve)
+
+        def assembled(gain: Array) -> Array:
+            system = process.system(speed, gain)
+            mine = method.prepare(system) if prepared is None else prepared
+            return method.assemble(mine, method.respond(mine, system, solve))
+
+        return assembled
     return lambda gain: method.operator(process.system(speed, gain)).matrix
 
 
 def operator_family(process: Process, method: Method, speed: Array, gain: Array) -> tuple[Any, Family]:
     """What a method prepares at a speed, once for all gains, and the operator's matrix as a function of the gain."""
-    prepared = None
-    if isinstance(method, Duhamel):
-        prepared = method.prepare(process.system(speed, gain), process.gain.delayed_only)
+    prepared, traits = None, traits_of(process)
+    if isinstance(method, Duhamel) and not traits.structure_by_gain:
+        prepared = method.prepare(process.system(speed, gain), not traits.present_by_gain)
     return prepared, _family(process, method, prepared, speed, densely=True)
 
 
@@ -186,11 +195,13 @@ def _label(
     system, value = process.system(speed, gain), triple.value
     if isinstance(method, Duhamel):
         pair = Pair(*map(as_pair, (value, triple.right, triple.left / (triple.left @ triple.right))))
-        motion = method.motion(prepared, system, pair)
-        frequency = carrier_frequency(motion.phase, motion.weight, motion.output, system.delay, as_pair(value))
+        prepared = method.prepare(system) if prepared is None else prepared
+        respond = method.respond(prepared, system, jnp.linalg.inv if densely else inverse)
+        motion = method.motion(prepared, respond, system, pair)
+        frequency = carrier_frequency(motion.phase, motion.weight, motion.output, system.period, as_pair(value))
         error = motion.error + motion.rounding
     else:
-        frequency = chatter_frequency(method.operator(system), system.delay, value, triple.right)
+        frequency = chatter_frequency(method.operator(system), system.period, value, triple.right)
         error = jnp.full_like(gain, jnp.nan)
     real = jnp.abs(value.imag) <= _SAME * jnp.abs(value)
     kind = jnp.where(real, jnp.where(value.real < 0, Kind.FLIP, Kind.FOLD), Kind.HOPF)

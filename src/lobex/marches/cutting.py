@@ -8,7 +8,7 @@ import numpy as np
 
 from lobex.contact.laws import ContactLaw
 from lobex.marches.stepping import step_of
-from lobex.processes.system import DelaySystem
+from lobex.systems.system import DelaySystem
 
 Array = Any
 
@@ -46,7 +46,7 @@ def march_cut(
     """
     steps = np.shape(past)[0] - 1
     n, s, _ = np.shape(system.inputs)
-    step = step_of(system, system.delay / steps)
+    step = step_of(system, system.period / steps)
     half = step.compliance[0, 0] / 2
 
     def force_at(chip: Array) -> Array:

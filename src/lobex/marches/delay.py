@@ -16,9 +16,9 @@ from lobex.marches.linear import Motion, march_system
 from lobex.marches.start import History, sample_history, starting_state
 from lobex.processes.process import Process, check_process
 from lobex.processes.quantity import quantity_of
-from lobex.processes.system import DelaySystem
 from lobex.results.description import describe
 from lobex.results.march import March
+from lobex.systems.system import DelaySystem
 
 Array = Any
 
@@ -89,7 +89,7 @@ def march_delay(
         outputs = np.shape(system.inputs)[-1]
         check_steps("steps_per_period", system, np.asarray(_stiffness(system)), speeds.ravel(), steps)
         check_length(speeds.size, periods, steps, outputs / every)
-        delay = np.broadcast_to(system.delay, speeds.size).reshape(speeds.shape)
+        delay = np.broadcast_to(system.period, speeds.size).reshape(speeds.shape)
         past = sample_history(history, delay, steps, outputs).reshape(speeds.size, steps + 1, outputs)
         first = starting_state(system, state, past[:, -1])
         motion = jax.tree.map(np.asarray, _march(process, speeds.ravel(), gains.ravel(), past, first, periods, every))
@@ -131,9 +131,8 @@ def _delay_states(motion: Motion, system: DelaySystem, count: int) -> np.ndarray
 @jax.vmap
 def _stiffness(system: DelaySystem) -> Array:
     """The largest contact force per displacement in a period, now and a delay ago together."""
-    phases = jnp.arange(1 if system.feedback.constant else _PHASES) / _PHASES
-    present, delayed = (jnp.linalg.norm(part, axis=(1, 2)) for part in system.feedback.at(phases))
-    return jnp.max(present + delayed)
+    forces = system.at(jnp.arange(1 if system.constant else _PHASES) / _PHASES)
+    return jnp.max(sum(jnp.linalg.norm(part, axis=(1, 2)) for part in (forces.present, *forces.delayed)))
 
 
 @jax.jit

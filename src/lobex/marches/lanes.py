@@ -10,7 +10,7 @@ from lobex.marches.resolution import STEPS_PER_WAVE, fastest_fed
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_gain, check_speed
 from lobex.processes.quantity import Quantity
-from lobex.processes.system import DelaySystem
+from lobex.systems.system import DelaySystem
 
 # What is kept of a step is there in JAX, in NumPy, and once more while it is put in order.
 _COPIES = 3
@@ -44,7 +44,7 @@ def check_steps(name: str, system: DelaySystem, stiffness: np.ndarray, speeds: n
     """
     first, fed = fastest_fed(system, stiffness)
     fastest = np.maximum(first, fed)
-    needed = np.ceil(STEPS_PER_WAVE / (2 * np.pi) * fastest * system.delay)
+    needed = np.ceil(STEPS_PER_WAVE / (2 * np.pi) * fastest * system.period)
     worst = int(np.argmax(needed))
     if steps < needed[worst]:
         whose = "first mode" if fed[worst] <= first[worst] else "fastest vibration that the contact can feed"

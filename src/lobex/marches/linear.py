@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex.marches.stepping import step_of, times
-from lobex.processes.system import DelaySystem
+from lobex.systems.system import DelaySystem
 
 Array = Any
 
@@ -36,12 +36,12 @@ def march_system(system: DelaySystem, past: Array, state: Array, periods: int, e
     """
     steps = np.shape(past)[0] - 1
     n, s, r = np.shape(system.inputs)
-    step = step_of(system, system.delay / steps)
+    step = step_of(system, system.period / steps)
     edges = jnp.arange(steps + 1) / steps
-    constant = system.feedback.constant
+    constant = system.constant
     starts, stops = (edges[:1], edges[1:2]) if constant else (edges[:-1], edges[1:])
     # f = P (y + y₊)/2 + Q w with y₊ = (output after free motion) + C R f, solved for f once and for all.
-    present, delayed = system.feedback.mean(starts, stops)
+    present, (delayed,) = system.mean(starts, stops)
     implicit = jnp.eye(r) - present @ step.compliance / 2
     coefficients = jnp.linalg.solve(implicit, present / 2), jnp.linalg.solve(implicit, delayed)
     if constant:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from lobex.processes.system import DelaySystem
+from lobex.systems.system import DelaySystem
 
 Array = Any
 

@@ -9,9 +9,9 @@ import numpy as np
 
 from lobex import _checks
 from lobex._float64 import in_float64
-from lobex.processes.system import DelaySystem
 from lobex.structures.eigenproblem import vibration_modes
 from lobex.structures.rod import Rod
+from lobex.systems.system import DelaySystem
 
 Array = Any
 History = Callable[[np.ndarray], Any]

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex.operators.exponential import exponential
-from lobex.processes.system import DelaySystem
+from lobex.systems.system import DelaySystem
 
 Array = Any
 

@@ -16,10 +16,10 @@ from lobex.marches.lanes import check_length, check_steps, lanes_of, warn_of_los
 from lobex.marches.start import History, sample_history, starting_state
 from lobex.processes.quantity import DEPTH_OF_CUT
 from lobex.processes.regenerative import Turning
-from lobex.processes.system import DelaySystem
 from lobex.results.cut import Cut
 from lobex.results.description import describe
 from lobex.structures.modes import Modes, check_modes
+from lobex.systems.system import DelaySystem
 
 Array = Any
 

@@ -10,8 +10,9 @@ from lobex import _checks
 from lobex._pytree import pytree
 from lobex.operators.exponential import exponential
 from lobex.operators.operator import MOST_NODES, MonodromyOperator, in_form
-from lobex.processes.feedback import Piece
-from lobex.processes.system import DelaySystem
+from lobex.systems.coefficients import Piece
+from lobex.systems.mesh import pieces_of
+from lobex.systems.system import DelaySystem
 
 Array = Any
 
@@ -92,7 +93,7 @@ class Chebyshev:
         return max(2.0 * (self.nodes - 8), 0.0) / max(float(length) for length in lengths)
 
     def _pieces(self, system: DelaySystem) -> tuple[Piece, ...]:
-        return system.feedback.pieces() if self.aligned else (Piece(0.0, 1.0, False),)
+        return pieces_of(system) if self.aligned else (Piece(0.0, 1.0, False),)
 
     def _operator(self, system: DelaySystem) -> MonodromyOperator:
         pieces = self._pieces(system)
@@ -105,7 +106,7 @@ class Chebyshev:
         # Past the last stored point, the history ends in the output of z itself.
         history = jnp.concatenate([identity[state:], output @ current])
         stored, phases, quadrature, motion = [], [], [], []
-        for index, piece in enumerate(pieces):
+        for piece in pieces:
             if piece.idle is True:
                 fine = chebyshev_points(2 * self.nodes)
                 flight = _free_flight(system, piece.length * fine, output)
@@ -115,9 +116,10 @@ class Chebyshev:
                 current = _propagate(system, piece.length, current)
                 continue
             phase = piece.start + piece.length * points
-            take = system.feedback.within(index, phase[1:]) if self.aligned else system.feedback.at(phase[1:])
+            inside = piece.start + piece.length / 2
+            present, (of_delayed,) = system.within(inside, phase[1:]) if self.aligned else system.at(phase[1:])
             delayed, history = history[:block], history[block:]
-            values, end = self._through(system, piece, take, current, delayed)
+            values, end = self._through(system, piece, (present, of_delayed), current, delayed)
             samples = jnp.concatenate([output @ current, values]).reshape(self.nodes, r, size)
             stored.append(values)
             motion.append(samples)
@@ -164,7 +166,7 @@ def collocated_response(system: DelaySystem, piece: Piece, nodes: int) -> tuple[
     n, s, r = jnp.shape(inputs)
     q = nodes - 1
     derivative = differentiation_matrix(nodes)
-    duration = system.delay * piece.length
+    duration = system.period * piece.length
     unit = np.eye(s)
     left = np.kron(derivative[1:, 1:], unit) - duration * _kron(np.eye(q), blocks)
     by_start = jnp.broadcast_to(np.kron(-derivative[1:, :1], unit), (n, q * s, s))
@@ -190,12 +192,12 @@ def _kron(left: np.ndarray, right: Array) -> Array:
 
 def _propagate(system: DelaySystem, length: Array, state: Array) -> Array:
     n, s = jnp.shape(system.blocks)[:2]
-    steps = exponential(system.delay * length * system.blocks)
+    steps = exponential(system.period * length * system.blocks)
     return jnp.einsum("nab,nbk->nak", steps, state.reshape(n, s, -1)).reshape(n * s, -1)
 
 
 def _free_flight(system: DelaySystem, lengths: Array, output: Array) -> Array:
     n, s = jnp.shape(system.blocks)[:2]
-    steps = exponential(system.delay * lengths[:, None, None, None] * system.blocks)
+    steps = exponential(system.period * lengths[:, None, None, None] * system.blocks)
     parts = output.reshape(-1, n, s)
     return jnp.einsum("rna,pnab->prnb", parts, steps).reshape(len(lengths), -1, n * s)

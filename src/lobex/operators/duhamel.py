@@ -13,9 +13,10 @@ from lobex._pytree import pytree
 from lobex.floquet.power import Pair, rotation
 from lobex.operators.estimate import InContact, estimated_error, rounding, unresolved
 from lobex.operators.operator import MOST_NODES, MonodromyOperator
-from lobex.operators.response import Response, forced_response, free_response, gauss_nodes
-from lobex.processes.feedback import Feedback, Piece
-from lobex.processes.system import DelaySystem
+from lobex.operators.prepared import Prepared, prepare
+from lobex.operators.response import gauss_nodes
+from lobex.systems.mesh import Mesh, mesh_of
+from lobex.systems.system import DelaySystem, Forces
 
 Array = Any
 Inverse = Callable[[Array], Array]
@@ -24,20 +25,14 @@ _NODES = 40
 # Samples of the free vibration over a piece without force, where nobody says how many waves there are: 80 of them.
 IN_FLIGHT = 256
 _FINEST, _COARSEST = 1e-12, 1e-2
-
-
-class Flight(NamedTuple):
-    """A piece without force: outputs at samples from the start state, (samples, r, d), and the end state, (d, d)."""
-
-    outputs: Array
-    through: Array
+_FEW = 4
 
 
 class Motion(NamedTuple):
     """The motion that a multiplier and its state stand for, over the period after the state.
 
     Attributes:
-        phase: sampling phases t/τ, (S,).
+        phase: sampling phases t/T, (S,).
         weight: quadrature weights, (S,), summing to 1.
         output: y at the samples, real and imaginary part, (S, r, 2).
         defect: by how much the multiplier misses the discrete equations, relative to the state and to |μ|.
@@ -61,8 +56,8 @@ class Duhamel:
     Stiff modes thus need no nodes of their own, and Gauss points make the multipliers converge twice as fast
     as the force does (superconvergence of collocation at Gauss points: Chatelin, Spectral Approximation of
     Linear Operators, 1983, ch. 6). The pieces end at the jumps of the coefficients, and those without force
-    are passed exactly. What does not depend on the gain is separate: ``prepare`` is the structure's part,
-    ``assemble`` that of the feedback.
+    are passed exactly. What does not depend on the coefficients is separate: ``prepare`` is the structure's part,
+    ``respond`` and ``assemble`` that of the forces.
 
     Attributes:
         nodes: Gauss points per piece in contact. None lets ``sweep`` and its like choose them, point by point,
@@ -88,29 +83,18 @@ class Duhamel:
         return _NODES if self.nodes is None else self.nodes
 
     def operator(self, system: DelaySystem) -> MonodromyOperator:
-        """The monodromy operator; its state is (z, y/|C| at the nodes of the period before)."""
-        prepared = self.prepare(system)
-        size = _output_scale(system)
-        matrix, starts = self._matrix(prepared, system.feedback, jnp.linalg.inv)
-        phase, weight, outputs = [], [], []
-        r = system.output_size
-        row = system.state_size
-        for piece, part, start in zip(system.feedback.pieces(), prepared, starts, strict=True):
-            points, weights = self._samples(part)
-            phase.append(piece.start + piece.length * points)
-            weight.append(piece.length * weights)
-            if isinstance(part, Flight):
-                outputs.append(jnp.einsum("srd,dn->srn", part.outputs, start))
-            else:
-                outputs.append(matrix[row : row + self.count * r].reshape(self.count, r, -1))
-                row += self.count * r
-        motion = size * jnp.concatenate(outputs)
-        return MonodromyOperator(matrix, jnp.concatenate(phase), jnp.concatenate(weight), motion)
+        """The monodromy operator; its state is z as long ago as the system remembers, and the scaled forces since."""
+        prepared, mesh = self.prepare(system), mesh_of(system)
+        respond = self.respond(prepared, system, jnp.linalg.inv)
+        march = _marched(prepared, respond, jnp.eye(jnp.shape(respond)[-1], dtype=respond.dtype))
+        parts = _parts(prepared, march)
+        outputs = (parts.free + parts.forced).reshape(mesh.pieces, self.count, system.output_size, -1)
+        phase, weight, outputs = self._samples(prepared, mesh, parts.flown + parts.pushed, outputs)
+        return MonodromyOperator(march.end, phase, weight, _output_scale(system) * outputs)
 
     def size(self, system: DelaySystem) -> int:
-        """N: d + r·nodes per piece in contact."""
-        contacts = sum(piece.idle is not True for piece in system.feedback.pieces())
-        return system.state_size + system.output_size * self.count * contacts
+        """N: d + e·nodes per piece that the longest delay reaches back."""
+        return system.state_size + system.force_size * self.count * mesh_of(system).history
 
     def finer(self) -> "Duhamel":
         """The same with half as many nodes again."""
@@ -120,148 +104,201 @@ class Duhamel:
         """π points per wave at the middle of the widest piece, less what convergence takes; any where chosen."""
         if self.nodes is None:
             return np.inf
-        lengths = [piece.length for piece in system.feedback.pieces() if piece.idle is not True]
-        return max(2.0 * (self.count - 4), 0.0) / max(float(length) for length in lengths)
+        return max(2.0 * (self.count - 4), 0.0) / float(np.max(mesh_of(system).length))
 
-    def prepare(
-        self, system: DelaySystem, resolved: bool = False, in_flight: int = IN_FLIGHT
-    ) -> tuple[Response | Flight, ...]:
-        """The structure's response over every piece, for y/|C|: it depends on the speed, not on the gain.
+    def prepare(self, system: DelaySystem, resolved: bool = False, in_flight: int = IN_FLIGHT) -> Prepared:
+        """What the structure makes of the past, for scaled forces and outputs: it does not depend on the coefficients.
 
-        With ``resolved``, for a gain that acts on the delayed force only, the present force is included. A free
+        With ``resolved``, for a gain that acts on delayed forces only, the present force is included. A free
         vibration is sampled ``in_flight`` times.
         """
-        # Outputs of the size of the state, whatever the mode shapes' units: residuals then mean the same everywhere.
-        size = _output_scale(system)
-        system = replace(system, inputs=system.inputs * size, outputs=system.outputs / size)
+        size, force = _output_scale(system), _force_scale(system)
+        remembered = None if system.remembered is None else system.remembered / size
+        scaled = replace(system, inputs=system.inputs / force, outputs=system.outputs / size, remembered=remembered)
+        prepared = prepare(scaled, self.count, in_flight)
+        if not resolved:
+            return prepared
+        return replace(prepared, resolvent=_resolvents(prepared, self._forces(system), jnp.linalg.inv))
 
-        def over(index: int, piece: Piece) -> Response | Flight:
-            if piece.idle is True:
-                return Flight(*free_response(system, piece, gauss_nodes(in_flight)[0]))
-            part = forced_response(system, piece, self.count)
-            if not resolved:
-                return part
-            present = system.feedback.within(index, piece.start + piece.length * gauss_nodes(self.count)[0])[0]
-            return part._replace(resolvent=_resolvent(part, present, jnp.linalg.inv))
+    def respond(self, prepared: Prepared, system: DelaySystem, inverse: Inverse) -> Array:
+        """The forces at the nodes of every piece that its past makes, (M, e·q, N).
 
-        return tuple(over(index, piece) for index, piece in enumerate(system.feedback.pieces()))
+        With ``inverse`` for the matrices (e·q, e·q) of the contact.
+        """
+        forces = self._forces(system)
+        driven = _rows(forces.present, prepared.free)
+        for index, coefficient in enumerate(forces.delayed):
+            driven = driven + _rows(coefficient, prepared.remembered[:, index])
+        resolvent = _resolvents(prepared, forces, inverse) if prepared.resolvent is None else prepared.resolvent
+        return resolvent @ driven
 
-    def assemble(self, prepared: tuple[Response | Flight, ...], feedback: Feedback, inverse: Inverse) -> Array:
-        """The operator's matrix, (N, N), with ``inverse`` for the matrices (r·nodes, r·nodes) of the contact."""
-        return self._matrix(prepared, feedback, inverse)[0]
+    def assemble(self, prepared: Prepared, respond: Array) -> Array:
+        """The operator's matrix, (N, N); a product with the identity is spared."""
+        size = jnp.shape(respond)[-1]
+        first = _moved_on(jnp.eye(size, dtype=respond.dtype), prepared.advance[0], respond[0])
 
-    def motion(self, prepared: tuple[Response | Flight, ...], system: DelaySystem, pair: Pair) -> Motion:
+        def over(past: Array, piece: tuple[Array, Array]) -> tuple[Array, None]:
+            return _moved_on(past, piece[1] @ past, piece[0] @ past), None
+
+        return jax.lax.scan(over, first, (respond[1:], prepared.advance[1:]), unroll=_unrolled(respond))[0]
+
+    def motion(self, prepared: Prepared, respond: Array, system: DelaySystem, pair: Pair) -> Motion:
         """The motion of a multiplier μ and its state, how far they miss the equations, and the error of |μ|."""
         value, vector, mirrored = pair
-        state = jnp.shape(prepared[0].through)[0]
-        z, row, turn, feedback = vector[:state], state, rotation(value), system.feedback
+        d, mesh, forces = system.state_size, mesh_of(system), self._forces(system)
+        march = _marched(prepared, respond, vector)
+        parts = _parts(prepared, march)
+        after = (parts.free + parts.forced).reshape(mesh.pieces, self.count, -1, 2)
+        recalled = parts.recalled.reshape(mesh.pieces, len(forces.delayed), self.count, -1, 2)
+        acting = [_act(forces.present, after)]
+        acting += [_act(coefficient, recalled[:, k]) for k, coefficient in enumerate(forces.delayed)]
+        unmet_force = march.forces.reshape(jnp.shape(acting[0])) - sum(acting)
+        ends = jnp.stack([parts.start, parts.flown + parts.pushed], axis=1)
         shape = system.output_matrix() / _output_scale(system)
-        phases, weights, outputs, contacts = [], [], [], []
-        for index, (piece, part) in enumerate(zip(feedback.pieces(), prepared, strict=True)):
-            points, weight = self._samples(part)
-            phases.append(piece.start + piece.length * points)
-            weights.append(piece.length * weight)
-            if isinstance(part, Flight):
-                outputs.append(part.outputs @ z)
-                z = part.through @ z
-                continue
-            current, delayed = feedback.within(index, phases[-1])
-            r = jnp.shape(current)[-1]
-            before = vector[row : row + self.count * r].reshape(self.count, r, 2)
-            row += self.count * r
-            after = before @ turn
-            force = (_force(current, after) + _force(delayed, before)).reshape(-1, 2)
-            free, forced = part.free @ z, part.forced @ force
-            flown, pushed = part.through @ z, part.push @ force
-            ends = shape @ jnp.stack([z, flown + pushed])
-            z = flown + pushed
-            outputs.append(after)
-            contacts.append(
-                InContact(
-                    length=jnp.asarray(piece.length),
-                    missed=part.missed,
-                    force=jnp.stack([_size(current), _size(delayed)]),
-                    unresolved=unresolved(after, ends),
-                    unmet=jnp.sum((after.reshape(-1, 2) - free - forced) ** 2),
-                    terms=jnp.stack([jnp.sum(flown**2 + pushed**2), jnp.sum(free**2 + forced**2)]),
-                )
-            )
-        every: InContact = jax.tree.map(lambda *parts: jnp.stack(parts), *contacts)
-        unmet = jnp.stack([jnp.sum((vector[:state] @ turn - z) ** 2), jnp.sum(every.unmet)])
-        split = [part[:state] for part in (vector, mirrored)], [part[state:] for part in (vector, mirrored)]
-        held = jnp.stack([jnp.sum(right**2) for right, _ in split])
-        condition = jnp.sqrt(held * jnp.stack([jnp.sum(left**2) for _, left in split]))
+        unscaled = _size(forces.present) / _scale(system), sum(_size(part) for part in forces.delayed) / _scale(system)
+        contacts = InContact(
+            length=mesh.length,
+            missed=prepared.missed,
+            force=jnp.stack(jnp.broadcast_arrays(*unscaled), axis=1),
+            unresolved=jax.vmap(unresolved)(after, jnp.einsum("rd,mkdp->mkrp", shape, ends)),
+            unmet=_squares(unmet_force),
+            terms=jnp.stack([_squares(parts.flown) + _squares(parts.pushed), sum(map(_squares, acting))], axis=1),
+        )
+        missed = march.end - vector @ rotation(value)
+        unmet = jnp.stack([jnp.sum(missed[:d] ** 2), jnp.sum(missed[d:] ** 2) + jnp.sum(contacts.unmet)])
+        held = jnp.stack([jnp.sum(vector[:d] ** 2), jnp.sum(vector[d:] ** 2)])
+        condition = jnp.sqrt(held * jnp.stack([jnp.sum(mirrored[:d] ** 2), jnp.sum(mirrored[d:] ** 2)]))
+        phase, weight, output = self._samples(prepared, mesh, parts.flown + parts.pushed, after)
         return Motion(
-            phase=jnp.concatenate(phases),
-            weight=jnp.concatenate(weights),
-            output=jnp.concatenate(outputs),
+            phase=phase,
+            weight=weight,
+            output=output,
             defect=jnp.sqrt(jnp.sum(unmet) / (jnp.sum(held) * jnp.sum(value**2))),
-            error=jnp.sum(condition) * estimated_error(system, every, value),
-            rounding=condition @ rounding(system, every, unmet, held * jnp.sum(value**2)),
+            error=jnp.sum(condition) * estimated_error(system, contacts, value),
+            rounding=condition @ rounding(system, contacts, unmet, held * jnp.sum(value**2)),
         )
 
-    def _samples(self, part: Response | Flight) -> tuple[np.ndarray, np.ndarray]:
-        """Points and weights, on [0, 1], at which the motion over a piece is known."""
-        return gauss_nodes(len(part.outputs) if isinstance(part, Flight) else self.count)
+    def _samples(self, prepared: Prepared, mesh: Mesh, landed: Array, outputs: Array) -> tuple[Array, Array, Array]:
+        """Phases, weights, and outputs (S, r, …) from those at the nodes, (M, q, r, …), and of the free vibrations."""
 
-    def _matrix(
-        self, prepared: tuple[Response | Flight, ...], feedback: Feedback, inverse: Inverse
-    ) -> tuple[Array, list[Array]]:
-        """The matrix, and the state at the start of every piece as a linear map of the state."""
-        pieces = feedback.pieces()
-        points = gauss_nodes(self.count)[0]
-        contacts = [part for part in prepared if isinstance(part, Response)]
-        state = jnp.shape(prepared[0].through)[0]
-        block = jnp.shape(contacts[0].forced)[0]
-        size = state + block * len(contacts)
-        current = jnp.eye(state, size, dtype=jnp.result_type(contacts[0].forced))
-        starts, rows, column = [], [], state
-        for index, (piece, part) in enumerate(zip(pieces, prepared, strict=True)):
-            starts.append(current)
-            if isinstance(part, Flight):
-                current = part.through @ current
-                continue
-            now, before = feedback.within(index, piece.start + piece.length * points)
-            r = jnp.shape(now)[-1]
-            remembered = jnp.pad(_columns(part.forced, before, r), ((0, 0), (column, size - column - block)))
-            resolvent = _resolvent(part, now, inverse) if part.resolvent is None else part.resolvent
-            # At the first piece the state is what it starts from, and a product with the identity is spared.
-            free = jnp.pad(part.free, ((0, 0), (0, size - state))) if index == 0 else part.free @ current
-            values = resolvent @ (free + remembered)
-            push = _columns(part.push, now, r) @ values
-            push = push + jnp.pad(_columns(part.push, before, r), ((0, 0), (column, size - column - block)))
-            passed = jnp.pad(part.through, ((0, 0), (0, size - state))) if index == 0 else part.through @ current
-            current = passed + push
-            rows.append(values)
-            column += block
-        return jnp.concatenate([current, *rows]), starts
+        def over(start: Array, length: Array, samples: Array) -> tuple[Array, Array]:
+            points, weights = gauss_nodes(jnp.shape(samples)[1])
+            return start[:, None] + length[:, None] * points, length[:, None] * weights
+
+        parts = [(*over(mesh.start, mesh.length, outputs), outputs)]
+        if prepared.flights is not None:
+            flown = jnp.einsum("msrd,mdn->msrn", prepared.flights, landed)
+            parts.append((*over(mesh.start + mesh.length, mesh.gap, flown), flown))
+        # Piece by piece, each with what follows it.
+        phase, weight, output = (jnp.concatenate(part, axis=1) for part in zip(*parts, strict=True))
+        return phase.ravel(), weight.ravel(), output.reshape(-1, *jnp.shape(output)[2:])
+
+    def _forces(self, system: DelaySystem) -> Forces:
+        """The coefficients at the nodes of every piece, (M, q, e, r), for scaled forces and outputs."""
+        mesh, points = mesh_of(system), gauss_nodes(self.count)[0]
+
+        def over(start: Array, length: Array) -> Forces:
+            return system.within(start + length / 2, start + length * points)
+
+        return jax.tree.map(lambda part: _scale(system) * part, jax.vmap(over)(mesh.start, mesh.length))
+
+
+class _March(NamedTuple):
+    """The past of every piece, (M, N, …), the forces at its nodes, (M, q·e, …), and the past at the end, (N, …)."""
+
+    pasts: Array
+    forces: Array
+    end: Array
+
+
+def _marched(prepared: Prepared, respond: Array, past: Array) -> _March:
+    """March a past over the period, piece by piece."""
+
+    def over(past: Array, piece: tuple[Array, Array]) -> tuple[Array, tuple[Array, Array]]:
+        force = piece[0] @ past
+        return _moved_on(past, piece[1] @ past, force), (past, force)
+
+    steps = respond, prepared.advance
+    end, (pasts, forces) = jax.lax.scan(over, past, steps, unroll=_unrolled(respond))
+    return _March(pasts, forces, end)
+
+
+class _Parts(NamedTuple):
+    """What is known of a march, piece by piece: of z at the start, of z at the end, and at the nodes, from the past and
+    from the forces of the same piece apart.
+    """
+
+    free: Array
+    forced: Array
+    recalled: Array
+    start: Array
+    flown: Array
+    pushed: Array
+
+
+def _parts(prepared: Prepared, march: _March) -> _Parts:
+    outputs, first, landed, advance = prepared.starts
+    past, force = prepared.past[:, :advance] @ march.pasts, prepared.force @ march.forces
+    end = outputs + prepared.sizes[3]
+    recalled = past[:, outputs:first]
+    if jnp.shape(force)[1] > end:
+        recalled = recalled + force[:, end:]
+    return _Parts(
+        past[:, :outputs], force[:, :outputs], recalled, past[:, first:landed], past[:, landed:], force[:, outputs:end]
+    )
+
+
+def _unrolled(pieces: Array) -> bool | int:
+    """A loop over few pieces is written out."""
+    return jnp.shape(pieces)[0] <= _FEW or 1
+
+
+def _moved_on(past: Array, oldest: Array, force: Array) -> Array:
+    """The past one piece later."""
+    return jnp.concatenate([oldest, past[jnp.shape(oldest)[0] + jnp.shape(force)[0] :], force])
+
+
+def _resolvents(prepared: Prepared, forces: Forces, inverse: Inverse) -> Array:
+    """From the forces at the nodes without those that they themselves bring about to all of them, (M, q·e, q·e)."""
+    looped = _rows(forces.present, prepared.forced)
+    if prepared.recent is not None:
+        for index, coefficient in enumerate(forces.delayed):
+            looped = looped + _rows(coefficient, prepared.recent[:, index])
+    return jax.vmap(inverse)(jnp.eye(jnp.shape(looped)[-1], dtype=looped.dtype) - looped)
 
 
 def _output_scale(system: DelaySystem) -> Array:
+    """|C|: outputs divided by it are of the size of the state."""
     return jnp.sqrt(jnp.sum(jnp.asarray(system.outputs) ** 2))
 
 
-def _resolvent(part: Response, present: Array, inverse: Inverse) -> Array:
-    """From the outputs at the nodes that the present force is left out of to those that it makes."""
-    looped = _columns(part.forced, present, jnp.shape(present)[-1])
-    return inverse(jnp.eye(jnp.shape(looped)[0], dtype=looped.dtype) - looped)
+def _force_scale(system: DelaySystem) -> Array:
+    """|E| T: forces times it are of the size of the state that they make in a period."""
+    return jnp.sqrt(jnp.sum(jnp.asarray(system.inputs) ** 2)) * system.period
 
 
-def _columns(matrix: Array, coefficient: Array, r: int) -> Array:
-    """matrix · blockdiag(coefficient): (p, q·r) by (q, r, r) → (p, q·r)."""
-    if r == 1:
-        return matrix * coefficient[:, 0, 0]
-    p = jnp.shape(matrix)[0]
-    return jnp.einsum("pqb,qbc->pqc", matrix.reshape(p, -1, r), coefficient).reshape(p, -1)
+def _scale(system: DelaySystem) -> Array:
+    """Of a coefficient, from outputs to forces."""
+    return _output_scale(system) * _force_scale(system)
+
+
+def _rows(coefficient: Array, matrix: Array) -> Array:
+    """blockdiag(coefficient) · matrix: (M, q, e, r) by (M, q·r, p) → (M, q·e, p)."""
+    pieces, q, e, r = jnp.shape(coefficient)
+    return _act(coefficient, matrix.reshape(pieces, q, r, -1)).reshape(pieces, q * e, -1)
+
+
+def _act(coefficient: Array, samples: Array) -> Array:
+    """(M, q, e, r) times (M, q, r, p): as sums, since XLA is slow at products of a few rows."""
+    parts = [coefficient[..., j, None] * samples[:, :, j, None] for j in range(jnp.shape(samples)[2])]
+    return sum(parts[1:], parts[0])
+
+
+def _squares(parts: Array) -> Array:
+    """Sums of squares over all axes but the first."""
+    return jnp.sum(parts**2, axis=tuple(range(1, parts.ndim)))
 
 
 def _size(coefficient: Array) -> Array:
-    """Norms of (q, r, r)."""
-    return jnp.sqrt(jnp.sum(coefficient**2, axis=(1, 2)))
-
-
-def _force(coefficient: Array, samples: Array) -> Array:
-    """(q, r, r) times (q, r, 2)."""
-    if jnp.shape(coefficient)[-1] == 1:
-        return coefficient * samples
-    return jnp.einsum("qab,qbp->qap", coefficient, samples)
+    """Norms of (M, q, e, r)."""
+    return jnp.sqrt(jnp.sum(coefficient**2, axis=(2, 3)))

@@ -8,7 +8,7 @@ import numpy as np
 
 from lobex.operators.moments import legendre_values
 from lobex.operators.response import followed_turn, gauss_nodes, quickness
-from lobex.processes.system import DelaySystem
+from lobex.systems.system import DelaySystem
 
 Array = Any
 
@@ -80,7 +80,8 @@ def estimated_error(system: DelaySystem, contacts: InContact, value: Array) -> A
     nodes follow, that the force keeps up. Slower modes answer it as they stand, |G(s)| of each, and with
     (p + q/|μ|) |G| of 1 they might do so alone: the loop then turns more quickly than the structure. A quicker mode
     grows at most at the rate −ξω + (p + q/|μ|) φ²/2ω, with p and q the means over the period of the present force
-    that can do work and of the delayed one; a constant force of one output is a spring, which does none.
+    that can do work and of the delayed one; a constant force of one
+    output is a spring, which does none unless that holds velocities.
     """
     blocks, inputs, outputs = (jnp.asarray(part) for part in (system.blocks, system.inputs, system.outputs))
     tiny = jnp.finfo(blocks.dtype).tiny
@@ -94,15 +95,16 @@ def estimated_error(system: DelaySystem, contacts: InContact, value: Array) -> A
 
     nodes = jnp.shape(contacts.force)[-1]
     size = jnp.sqrt(jnp.sum(value**2))
-    growth = jnp.log(size) / system.delay
-    followed = 2 * followed_turn(nodes) / (system.delay * jnp.max(contacts.length))
+    growth = jnp.log(size) / system.period
+    followed = 2 * followed_turn(nodes) / (system.period * jnp.max(contacts.length))
     quicker = quick > followed
     answer: Array = jnp.where(quicker, 0.0, _receptance(blocks, inputs, outputs, growth, followed))
     most = jnp.max(contacts.force, axis=(0, 2))
     looped = (most[0] + most[1] / size) * jnp.sum(answer)
     mean = contacts.length @ (contacts.force @ gauss_nodes(nodes)[1])
-    spring = system.feedback.constant and system.output_size == 1
-    drive = (0.0 if spring else mean[0]) + mean[1] / size
+    spring = system.constant and system.output_size == system.force_size == 1
+    works = jnp.sum(jnp.abs(jnp.einsum("nrs,nse->re", outputs, inputs))) > 0 if spring else True
+    drive = jnp.where(works, mean[0], 0.0) + mean[1] / size
     decay = growth - jnp.trace(blocks, axis1=1, axis2=2) / jnp.shape(blocks)[-1]
     alone = quicker & (drive * mobility / 2 > (1 - looped) * decay)
     return jnp.where((tail > _UNKNOWN) | (looped >= 1) | jnp.any(alone), jnp.inf, error)
@@ -119,7 +121,7 @@ def rounding(system: DelaySystem, contacts: InContact, unmet: Array, held: Array
         unmet: squares of what the two miss, (2,).
         held: squares of the two one period later, (2,).
     """
-    turned = jnp.max(quickness(jnp.asarray(system.blocks))) * system.delay
+    turned = jnp.max(quickness(jnp.asarray(system.blocks))) * system.period
     part = held + jnp.finfo(held.dtype).tiny
     ulps = jnp.finfo(held.dtype).eps * (1 + turned + jnp.sqrt(jnp.sum(contacts.terms, axis=0) / part))
     return jnp.sqrt(unmet / part) + ulps

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 
 from lobex import _checks
 from lobex._pytree import check_pytree, pytree
-from lobex.processes.system import DelaySystem, whole_state
+from lobex.systems.system import DelaySystem, whole_state
 
 Array = Any
 

@@ -10,8 +10,8 @@ import numpy as np
 from lobex._namespace import namespace
 from lobex.operators.exponential import exponential
 from lobex.operators.moments import cell_phases, exponential_moments, legendre_values
-from lobex.processes.feedback import Piece
-from lobex.processes.system import DelaySystem
+from lobex.systems.mesh import mesh_of
+from lobex.systems.system import DelaySystem
 
 Array = Any
 
@@ -31,19 +31,19 @@ class Response(NamedTuple):
 
     Attributes:
         free: outputs at the nodes from the start state, (q·r, d).
-        forced: outputs at the nodes from the forces there, (q·r, q·r).
+        forced: outputs at the nodes from the forces there, (q·r, q·e).
         through: end state from the start state, (d, d).
-        push: end state from the forces, (d, q·r).
+        push: end state from the forces, (d, q·e).
+        recalled: what is remembered at points, from start state and forces side by side, (p·m, d + q·e).
         missed: how much of each mode's vibration the nodes cannot follow, (n,), from 0 to 1.
-        resolvent: (I − forced · P)⁻¹, (q·r, q·r), where the present force P depends on the speed alone as well.
     """
 
     free: Array
     forced: Array
     through: Array
     push: Array
+    recalled: Array
     missed: Array
-    resolvent: Array | None = None
 
 
 def gauss_nodes(nodes: int) -> tuple[np.ndarray, np.ndarray]:
@@ -53,12 +53,12 @@ def gauss_nodes(nodes: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 @lru_cache(maxsize=32)
-def _cells(nodes: int) -> tuple[np.ndarray, np.ndarray]:
-    """The edges 0, the nodes and 1 of the cells, and the Legendre coefficients of the Lagrange basis on each cell.
+def _cells(nodes: int, points: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """The edges 0, the points and 1 of the cells, and the Legendre coefficients of the Lagrange basis on each cell.
 
-    Shapes (nodes + 2,) and (nodes + 1, terms, nodes).
+    Shapes (points + 2,) and (points + 1, terms, nodes).
     """
-    points, weights = gauss_nodes(nodes)
+    places, weights = gauss_nodes(nodes)
     edges = np.r_[0.0, points, 1.0]
     width = np.diff(edges)
     terms = min(_TERMS, nodes)
@@ -67,31 +67,40 @@ def _cells(nodes: int) -> tuple[np.ndarray, np.ndarray]:
     # Lagrange from the discrete Legendre transform, to which Gauss quadrature is exact.
     order = np.arange(nodes)
     basis = legendre_values(inside.ravel(), nodes) @ (
-        (2 * order + 1)[:, None] * (weights[:, None] * legendre_values(points, nodes)).T
+        (2 * order + 1)[:, None] * (weights[:, None] * legendre_values(places, nodes)).T
     )
     analysis = (2 * np.arange(terms) + 1)[:, None] * (local_weights[:, None] * legendre_values(local, terms)).T
-    return edges, np.einsum("kl,clj->ckj", analysis, basis.reshape(nodes + 1, len(local), nodes))
+    return edges, np.einsum("kl,clj->ckj", analysis, basis.reshape(len(width), len(local), nodes))
 
 
-def forced_response(system: DelaySystem, piece: Piece, nodes: int) -> Response:
+def forced_response(system: DelaySystem, length: Array, nodes: int, recalled: np.ndarray | None = None) -> Response:
     """The response over a piece, exact for forces that are polynomials of degree below ``nodes``.
 
     Duhamel's integral is marched from node to node: over each cell the modes fly freely, and the force's
     Legendre terms act by the moments of the exponential.
+
+    Args:
+        system: the delay system.
+        length: of the piece, in periods.
+        nodes: q.
+        recalled: points of the piece, in order, where what is remembered is wanted; the nodes where None.
     """
-    blocks, inputs, outputs = system.blocks, system.inputs, system.outputs
-    n, s, r = jnp.shape(inputs)
-    edges, coefficients = _cells(nodes)
-    # One exponential for all: to the nodes and the end, over the cells, and at the samples within them.
+    blocks, inputs = system.blocks, system.inputs
+    n, s, e = jnp.shape(inputs)
+    own = gauss_nodes(nodes)[0]
+    points = own if recalled is None else np.union1d(own, recalled)
+    edges, coefficients = _cells(nodes, tuple(points))
+    count = len(points)
+    # One exponential for all: to the points and the end, over the cells, and at the samples within them.
     samples = cell_phases(edges)
     phases = np.concatenate([edges[1:], np.diff(edges), samples.T.ravel()])
-    flights = exponential((system.delay * piece.length * phases)[:, None, None, None] * blocks)
-    by_start, flight, samples = jnp.split(flights, [nodes + 1, 2 * nodes + 2])
-    samples = samples.reshape(-1, nodes + 1, n, s, s)
-    duration = (system.delay * piece.length * np.diff(edges))[:, None, None, None]
+    flights = exponential((system.period * length * phases)[:, None, None, None] * blocks)
+    by_start, flight, samples = jnp.split(flights, [count + 1, 2 * count + 2])
+    samples = samples.reshape(-1, count + 1, n, s, s)
+    duration = (system.period * length * np.diff(edges))[:, None, None, None]
     moments = exponential_moments(duration * blocks, flight, samples, coefficients.shape[1])
     moments = duration * moments @ inputs
-    added = jnp.einsum("kcnar,ckj->cnajr", moments, coefficients)
+    added = jnp.einsum("kcnae,ckj->cnaje", moments, coefficients)
 
     def over_cell(state: Array, cell: tuple[Array, Array]) -> tuple[Array, Array]:
         propagator, increment = cell
@@ -99,17 +108,25 @@ def forced_response(system: DelaySystem, piece: Piece, nodes: int) -> Response:
         return state, state
 
     dtype = jnp.result_type(added)
-    _, by_force = jax.lax.scan(over_cell, jnp.zeros((n, s, nodes, r), dtype), (flight, added))
-    free = jnp.einsum("nrs,qnsa->qrna", outputs, by_start[:-1]).reshape(nodes * r, n * s)
-    forced = jnp.einsum("nrs,qnsjb->qrjb", outputs, by_force[:-1]).reshape(nodes * r, nodes * r)
+    _, by_force = jax.lax.scan(over_cell, jnp.zeros((n, s, nodes, e), dtype), (flight, added))
+
+    def seen(outputs: Array, where: np.ndarray) -> tuple[Array, Array]:
+        rows = len(where) * jnp.shape(outputs)[1]
+        index = np.searchsorted(points, where)
+        if np.array_equal(index, np.arange(count)):
+            index = slice(count)
+        free = jnp.einsum("nrs,qnsa->qrna", outputs, by_start[:-1][index]).reshape(rows, n * s)
+        return free, jnp.einsum("nrs,qnsje->qrje", outputs, by_force[:-1][index]).reshape(rows, nodes * e)
+
+    free, forced = seen(system.outputs, own)
+    if recalled is None and system.remembered is None:
+        memory = free, forced
+    else:
+        memory = seen(system.recalled, own if recalled is None else recalled)
     through = jnp.einsum("nab,nm->namb", by_start[-1], jnp.eye(n, dtype=dtype)).reshape(n * s, n * s)
-    push = by_force[-1].reshape(n * s, nodes * r)
-    return Response(free, forced, through, push, _missed(system, piece, nodes))
-
-
-def _missed(system: DelaySystem, piece: Piece, nodes: int) -> Array:
-    """How much of each mode's vibration over a piece lies beyond the nodes, (n,)."""
-    return tail_bound(quickness(jnp.asarray(system.blocks)) * system.delay * piece.length / 2, nodes)
+    push = by_force[-1].reshape(n * s, nodes * e)
+    missed = tail_bound(quickness(jnp.asarray(blocks)) * system.period * length / 2, nodes)
+    return Response(free, forced, through, push, jnp.concatenate(memory, axis=1), missed)
 
 
 def tail_bound(turn: Array, nodes: Any) -> Array:
@@ -142,17 +159,18 @@ def samples_in_flight(system: DelaySystem) -> int:
     Gauss points are π/2 times as far apart in the middle as on average; two a wave are enough, and a tenth more and
     two waves are for the frequencies that stand beside a mode's own.
     """
-    widest = max((float(piece.length) for piece in system.feedback.pieces() if piece.idle is True), default=0.0)
-    waves = np.nan_to_num(np.max(quickness(np.asarray(system.blocks))) * float(system.delay) / (2 * np.pi))
+    gap = mesh_of(system).gap
+    widest = 0.0 if gap is None else float(np.max(gap))
+    waves = np.nan_to_num(np.max(quickness(np.asarray(system.blocks))) * float(system.period) / (2 * np.pi))
     needed = np.pi * widest * (1.1 * waves + 2)
     return int(min(4 ** np.ceil(np.log2(max(needed, _FEWEST)) / 2), _MOST))
 
 
-def free_response(system: DelaySystem, piece: Piece, points: np.ndarray) -> tuple[Array, Array]:
+def free_response(system: DelaySystem, length: Array, points: np.ndarray) -> tuple[Array, Array]:
     """Outputs at points of [0, 1] of a piece without force, (q, r, d), and the end state, (d, d)."""
-    n, s, r = jnp.shape(system.inputs)
+    n, s, _ = jnp.shape(system.inputs)
     phases = np.r_[points, 1.0]
-    steps = exponential((system.delay * piece.length * phases)[:, None, None, None] * system.blocks)
-    outputs = jnp.einsum("nrs,qnsa->qrna", system.outputs, steps[:-1]).reshape(len(points), r, n * s)
+    steps = exponential((system.period * length * phases)[:, None, None, None] * system.blocks)
+    outputs = jnp.einsum("nrs,qnsa->qrna", system.outputs, steps[:-1]).reshape(len(points), -1, n * s)
     unit = jnp.eye(n, dtype=jnp.result_type(steps))
     return outputs, jnp.einsum("nab,nm->namb", steps[-1], unit).reshape(n * s, n * s)

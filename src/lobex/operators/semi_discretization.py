@@ -11,7 +11,8 @@ from lobex import _checks
 from lobex._pytree import pytree
 from lobex.operators.exponential import exponential
 from lobex.operators.operator import MonodromyOperator, in_form
-from lobex.processes.system import DelaySystem
+from lobex.systems.mesh import pieces_of
+from lobex.systems.system import DelaySystem
 
 Array = Any
 
@@ -72,7 +73,7 @@ class SemiDiscretization:
         start = identity[:state]
         oldest_first = identity[state:].reshape(k, r, -1)[::-1]
         history = jnp.concatenate([oldest_first, (output @ start)[None]])
-        origin = system.feedback.pieces()[0].start
+        origin = pieces_of(system)[0].start
         edges = origin + jnp.arange(k + 1) / k
         propagators, responses = self._steps(system, edges)
 
@@ -101,12 +102,10 @@ class SemiDiscretization:
         k, state, r = self.steps, system.state_size, system.output_size
         weights = _DELAYED[self.order]
         powers = len(weights)
-        step = system.delay / k
+        step = system.period / k
         drift, inputs, output = system.drift(), system.input_matrix(), system.output_matrix()
-        constant = system.feedback.constant
-        current, delayed = (
-            system.feedback.mean(edges[:1], edges[1:2]) if constant else system.feedback.mean(edges[:-1], edges[1:])
-        )
+        ends = (edges[:1], edges[1:2]) if system.constant else (edges[:-1], edges[1:])
+        current, (delayed,) = system.mean(*ends)
 
         def one(current_force: Array, delayed_force: Array) -> tuple[Array, Array]:
             # exp of the augmented matrix has h φ_p(A h) E beside exp(A h) (Al-Mohy and Higham, 2011): unlike

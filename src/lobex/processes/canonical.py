@@ -6,10 +6,11 @@ from lobex import _checks
 from lobex._float64 import in_float64
 from lobex._namespace import namespace
 from lobex._pytree import pytree
-from lobex.processes.feedback import ConstantFeedback, HarmonicFeedback
 from lobex.processes.process import check_point
 from lobex.processes.quantity import DELAYED_GAIN, Quantity
-from lobex.processes.system import DelaySystem
+from lobex.systems.coefficients import Constant, Harmonic
+from lobex.systems.system import DelaySystem
+from lobex.systems.terms import Delayed, Present
 
 Array = Any
 
@@ -48,15 +49,16 @@ class DelayedMathieu:
     def system(self, speed: Array, gain: Array) -> DelaySystem:
         """The delay system at one speed and one gain b."""
         check_point(self, speed, gain)
-        lib = namespace(self.delta, self.damping)
-        delta, damping = (lib.asarray(v, dtype=lib.result_type(float)) for v in (self.delta, self.damping))
+        lib = namespace(self.delta, self.epsilon, self.damping, gain)
+        numbers = self.delta, self.epsilon, self.damping
+        delta, epsilon, damping = (lib.asarray(v, dtype=lib.result_type(float)) for v in numbers)
         zero, one = lib.zeros_like(delta), lib.ones_like(delta)
         return DelaySystem(
             blocks=lib.stack([lib.stack([zero, one]), lib.stack([-delta, -damping])])[None],
             inputs=lib.stack([zero, one]).reshape(1, 2, 1),
             outputs=lib.stack([one, zero]).reshape(1, 1, 2),
-            delay=1 / speed,
-            feedback=HarmonicFeedback(self.epsilon, gain),
+            period=1 / speed,
+            terms=(Present(Harmonic(-epsilon.reshape(1, 1))), Delayed(Constant(lib.asarray(gain).reshape(1, 1)))),
         )
 
 
@@ -87,5 +89,4 @@ class Scalar:
         lib = namespace(self.a)
         a = lib.asarray(self.a, dtype=lib.result_type(float))
         one = lib.ones((1, 1, 1), dtype=a.dtype)
-        none = lib.zeros((1, 1), dtype=a.dtype)
-        return DelaySystem(a.reshape(1, 1, 1), one, one, 1 / speed, ConstantFeedback(none, gain + none))
+        return DelaySystem(a.reshape(1, 1, 1), one, one, 1 / speed, (Delayed(Constant(gain * one[0])),))

@@ -12,11 +12,12 @@ from lobex import _checks
 from lobex._float64 import in_float64
 from lobex._namespace import namespace
 from lobex._pytree import pytree
-from lobex.processes.feedback import Piece
 from lobex.processes.process import check_point
 from lobex.processes.quantity import DEPTH_OF_CUT, SPEED_UNITS, Quantity
-from lobex.processes.system import DelaySystem, modal_system
 from lobex.structures.modes import Modes, check_modes
+from lobex.systems.coefficients import Piece
+from lobex.systems.system import DelaySystem, modal_system
+from lobex.systems.terms import Regenerative
 
 Array = Any
 
@@ -119,7 +120,7 @@ class Milling:
         entry, exit_ = cutting_angles(self.radial_immersion, self.direction)
         if self.layout == _WHOLE and _checks.is_traced(self.radial_immersion):
             entry = _no_derivative(entry, self.radial_immersion)
-        feedback = MillingFeedback(
+        cutting = CuttingForce(
             depth=gain,
             tangential=self.tangential,
             normal=self.normal,
@@ -129,7 +130,7 @@ class Milling:
             directions=self.modes.directions,
             layout=self.layout,
         )
-        return modal_system(self.modes, 1 / (self.teeth * speed), feedback)
+        return modal_system(self.modes, 1 / (self.teeth * speed), (Regenerative(cutting),))
 
 
 @jax.custom_jvp
@@ -161,8 +162,8 @@ def _layout(immersion: float, teeth: int, direction: str) -> Layout:
 
 
 @pytree(static=("teeth", "directions", "layout"))
-class MillingFeedback:
-    """−b H(t) and +b H(t) over one tooth period; tooth j is at the angle 2π (phase + j)/teeth, j = 0, 1, …
+class CuttingForce:
+    """b H(t) over one tooth period; tooth j is at the angle 2π (phase + j)/teeth, j = 0, 1, …
 
     A period that starts when a tooth enters has one further jump, when a tooth leaves.
     """
@@ -186,27 +187,29 @@ class MillingFeedback:
         idle = (whole == 0) if self.layout is None else self.layout[1] == "idle"
         return Piece(start, part, False), Piece(start + part, 1.0 - part, idle)
 
-    def within(self, index: int, phase: Array) -> tuple[Array, Array]:
-        whole, _ = self._engaged()
-        teeth_in_cut = whole + 1 if index == 0 and self.layout != _WHOLE else whole
-        since_entry = phase - self.entry * self.teeth / (2 * jnp.pi)
+    def within(self, inside: Array, phase: Array) -> Array:
+        """The teeth that are in the cut at the phase ``inside``, wherever they are at the others."""
+        pitch = 2 * jnp.pi / self.teeth
+        # A whole number of revolutions, so that the angles of a piece that goes on beyond the last are its own.
         order = jnp.arange(self.teeth)[:, None]
-        angle = self.entry + 2 * jnp.pi / self.teeth * (since_entry + order)
-        return self._pair(jnp.sum((order < teeth_in_cut) * self._force(angle), axis=-2))
+        behind = 2 * jnp.pi * jnp.floor(pitch * (inside + order) / (2 * jnp.pi))
+        middle, angle = (pitch * (place + order) - behind for place in (inside, phase))
+        cutting = (middle >= self.entry) & (middle <= self.exit)
+        return self._matrix(jnp.sum(cutting * self._force(angle), axis=-2))
 
-    def at(self, phase: Array) -> tuple[Array, Array]:
+    def at(self, phase: Array) -> Array:
         angle = 2 * jnp.pi / self.teeth * (phase + jnp.arange(self.teeth)[:, None])
         angle = jnp.mod(angle, 2 * jnp.pi)
         cutting = (angle >= self.entry) & (angle <= self.exit)
-        return self._pair(jnp.sum(cutting * self._force(angle), axis=-2))
+        return self._matrix(jnp.sum(cutting * self._force(angle), axis=-2))
 
-    def mean(self, start: Array, stop: Array) -> tuple[Array, Array]:
+    def mean(self, start: Array, stop: Array) -> Array:
         pitch = 2 * jnp.pi / self.teeth
         # An interval may reach past the end of the revolution, so the tooth behind is counted there too.
         order = jnp.arange(-self.teeth, self.teeth)[:, None]
         ends = [jnp.clip(pitch * (edge + order), self.entry, self.exit) for edge in (start, stop)]
         work = jnp.sum(self._work(ends[1]) - self._work(ends[0]), axis=-2)
-        return self._pair(work / (pitch * (stop - start)))
+        return self._matrix(work / (pitch * (stop - start)))
 
     def _engaged(self) -> tuple[Array, Array]:
         """Teeth in the cut just before a tooth enters, and the phase after it at which one leaves."""
@@ -244,7 +247,6 @@ class MillingFeedback:
             ]
         return jnp.stack(entries)
 
-    def _pair(self, entries: Array) -> tuple[Array, Array]:
+    def _matrix(self, entries: Array) -> Array:
         matrix = self.depth * jnp.moveaxis(entries, 0, -1)
-        matrix = matrix.reshape(*np.shape(matrix)[:-1], self.directions, self.directions)
-        return -matrix, matrix
+        return matrix.reshape(*np.shape(matrix)[:-1], self.directions, self.directions)

@@ -93,7 +93,7 @@ def _passes_of_system(process: Any, speed: np.ndarray, gain: Any) -> float | Non
     if _is_traced(system) or not np.isfinite(blocks := np.asarray(system.blocks)).all():
         return None
     turning = float(np.min(np.max(np.imag(np.linalg.eigvals(blocks)), axis=-1)))
-    return None if turning <= 0 else 2 * np.pi / (turning * float(np.asarray(system.delay)))
+    return None if turning <= 0 else 2 * np.pi / (turning * float(np.asarray(system.period)))
 
 
 def _in_millimetres(process: Any, gain: Any) -> str | None:

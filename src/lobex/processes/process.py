@@ -6,7 +6,7 @@ from lobex import _checks
 from lobex._pytree import check_pytree
 from lobex.processes.plausible import TOO_FAST, passes_per_period
 from lobex.processes.quantity import Quantity, has_units
-from lobex.processes.system import DelaySystem
+from lobex.systems.system import DelaySystem
 
 Array = Any
 
@@ -14,8 +14,7 @@ Array = Any
 class Process(Protocol):
     """A delayed process: speed (revolutions per second) and gain in, a delay system out.
 
-    A pytree of numbers. The gain enters P and Q alone, and affinely: operators keep the structure's part of one gain
-    for all. ``differentiable``, if there is one, is what ``processes.process.differentiable`` asks for.
+    A pytree of numbers. ``differentiable``, if there is one, is what ``processes.process.differentiable`` asks for.
 
     Attributes:
         gain: what the gain is.

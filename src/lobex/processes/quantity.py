@@ -7,14 +7,12 @@ SPEED_UNITS = ("Hz", "rpm", "1")
 
 
 class Quantity(NamedTuple):
-    """What a gain is, and what its process promises of it; nothing checks the promises.
+    """What a gain is.
 
     Attributes:
         name, symbol, unit: for axes and messages.
         display_unit, scale: the unit of axes, and its size in SI.
         signed: negative gains have a meaning. Otherwise they are refused.
-        delayed_only: the present forces P y are the same whatever the gain, which acts on the delayed ones alone.
-            Operators then solve for the present forces once, and numbers are wrong where the promise is not kept.
     """
 
     name: str
@@ -23,12 +21,12 @@ class Quantity(NamedTuple):
     display_unit: str
     scale: float
     signed: bool = False
-    delayed_only: bool = False
 
 
 CONTACT_STIFFNESS = Quantity("contact stiffness", "K_e", "N/m", "MN/m", 1e6)
 DEPTH_OF_CUT = Quantity("depth of cut", "b", "m", "mm", 1e-3)
-DELAYED_GAIN = Quantity("delayed gain", "b", "1", "1", 1.0, signed=True, delayed_only=True)
+PLAIN_GAIN = Quantity("gain", "g", "1", "1", 1.0, signed=True)
+DELAYED_GAIN = Quantity("delayed gain", "b", "1", "1", 1.0, signed=True)
 
 
 def has_units(process: Any) -> bool:

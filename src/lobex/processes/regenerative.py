@@ -6,11 +6,12 @@ from lobex import _checks
 from lobex._float64 import in_float64
 from lobex._namespace import namespace
 from lobex._pytree import pytree
-from lobex.processes.feedback import ConstantFeedback
 from lobex.processes.process import check_point
 from lobex.processes.quantity import CONTACT_STIFFNESS, DEPTH_OF_CUT, SPEED_UNITS, Quantity
-from lobex.processes.system import DelaySystem, modal_system
 from lobex.structures.modes import Modes, check_modes
+from lobex.systems.coefficients import Constant
+from lobex.systems.system import DelaySystem, modal_system
+from lobex.systems.terms import Regenerative
 
 Array = Any
 
@@ -82,4 +83,4 @@ def _regenerative_system(modes: Modes, speed: Array, stiffness: Array) -> DelayS
     check_modes(modes)
     lib = namespace(stiffness)
     unit = lib.eye(modes.directions, dtype=lib.result_type(float))
-    return modal_system(modes, 1 / speed, ConstantFeedback(-stiffness * unit, stiffness * unit))
+    return modal_system(modes, 1 / speed, (Regenerative(Constant(stiffness * unit)),))

@@ -1,0 +1,185 @@
+"""The structure's part of an operator over one period: what pieces make of the past, whatever the coefficients.
+
+The past that a piece sees is z at the start of the oldest piece that is remembered, and the forces at the nodes of all
+pieces since. All else, what was and what is, the structure makes of these: exactly, so that what is remembered is known
+between the nodes as well as at them.
+"""
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from lobex._pytree import pytree
+from lobex.operators.moments import legendre_values
+from lobex.operators.response import Response, forced_response, free_response, gauss_nodes
+from lobex.systems.mesh import Mesh, mesh_of
+from lobex.systems.system import DelaySystem
+
+Array = Any
+
+# What is remembered is sampled so much more finely than the force: its waves are the force's and the structure's own.
+_FINER, _MORE = 2, 8
+
+
+@pytree(static=("sizes",))
+class Prepared:
+    """M pieces with q nodes each, of a past of size N = d + H·q·e.
+
+    Few and tall matrices, since in a batch each product costs more than its arithmetic.
+
+    Attributes:
+        past: what a piece has of its past, (M, rows, N): outputs at the nodes, what each of K delays brings there,
+            z at its start and its end, and z at the start of the second oldest piece.
+        force: what the forces at its nodes add to that, (M, rows, q·e): to the outputs, to z at the end, and to what
+            delays bring that may be shorter than a piece.
+        missed: how much of each mode's vibration the nodes cannot follow, (M, n), from 0 to 1.
+        flights: outputs at samples of the gap after each piece from z at its start, (M, samples, r, d), or None.
+        sizes: q·r, K, q·m and d.
+        resolvent: from the forces at the nodes without those that they themselves bring about to all of them,
+            (M, q·e, q·e), where the coefficients that it takes are the same whatever the gain.
+    """
+
+    past: Array
+    force: Array
+    missed: Array
+    flights: Array | None
+    sizes: tuple[int, int, int, int]
+    resolvent: Array | None = None
+
+    @property
+    def starts(self) -> tuple[int, int, int, int]:
+        """Where the rows of ``past`` after the first begin."""
+        outputs, delays, memory, state = self.sizes
+        first = outputs + delays * memory
+        return outputs, first, first + state, first + 2 * state
+
+    @property
+    def free(self) -> Array:
+        """Outputs at the nodes from the past, (M, q·r, N)."""
+        return self.past[:, : self.starts[0]]
+
+    @property
+    def remembered(self) -> Array:
+        """What each delay brings from the past, (M, K, q·m, N)."""
+        _, delays, memory, _ = self.sizes
+        rows = self.past[:, self.starts[0] : self.starts[1]]
+        return rows.reshape(jnp.shape(rows)[0], delays, memory, -1)
+
+    @property
+    def advance(self) -> Array:
+        """z at the start of the second oldest piece from the past, (M, d, N)."""
+        return self.past[:, self.starts[3] :]
+
+    @property
+    def forced(self) -> Array:
+        """Outputs at the nodes from the forces there, (M, q·r, q·e)."""
+        return self.force[:, : self.sizes[0]]
+
+    @property
+    def recent(self) -> Array | None:
+        """What each delay brings from the forces of the same piece, (M, K, q·m, q·e), if it may be that short."""
+        outputs, delays, memory, state = self.sizes
+        rows = self.force[:, outputs + state :]
+        return rows.reshape(jnp.shape(rows)[0], delays, memory, -1) if jnp.shape(rows)[1] else None
+
+
+def prepare(system: DelaySystem, nodes: int, in_flight: int) -> Prepared:
+    """The structure's part, with q = ``nodes`` and free vibrations sampled ``in_flight`` times."""
+    mesh = mesh_of(system)
+    fine = None if mesh.repeats else gauss_nodes(_FINER * nodes + _MORE)[0]
+    response = jax.vmap(lambda length: forced_response(system, length, nodes, fine))(mesh.length)
+    flights, through, push = None, response.through, response.push
+    if mesh.gap is not None:
+        flights, gap = jax.vmap(lambda length: free_response(system, length, gauss_nodes(in_flight)[0]))(mesh.gap)
+        through, push = gap @ through, gap @ push
+    d, count, history = system.state_size, mesh.pieces, mesh.history
+    width = nodes * system.force_size
+    size = d + history * width
+    # The pieces of the past of each piece, oldest first.
+    before = (np.arange(count)[:, None] + np.arange(-history, 0)) % count
+
+    def past(order: Array) -> Array:
+        """z at the start of every piece of the past, and now, (H + 1, d, N)."""
+        states = [jnp.eye(d, size, dtype=through.dtype)]
+        for slot in range(history):
+            column = d + slot * width
+            pushed = jnp.pad(push[order[slot]], ((0, 0), (column, size - column - width)))
+            passed = through[order[slot]]
+            states.append((jnp.pad(passed, ((0, 0), (0, size - d))) if slot == 0 else passed @ states[-1]) + pushed)
+        return jnp.stack(states)
+
+    states = jax.vmap(past)(jnp.asarray(before))
+    now = states[:, -1]
+    if mesh.repeats:
+        # What acts lies in the oldest piece, at the same nodes.
+        recalled = response.recalled[before[:, 0]]
+        remembered, recent = jnp.pad(recalled, ((0, 0), (0, 0), (0, size - d - width)))[:, None], None
+    else:
+        remembered, recent = _looked_up(system, mesh, response, states, before, nodes)
+    delays = jnp.shape(remembered)[1]
+    past_rows = [response.free @ now, remembered.reshape(count, -1, size), now, response.through @ now, states[:, 1]]
+    force_rows = [response.forced, response.push, *([] if recent is None else [recent.reshape(count, -1, width)])]
+    return Prepared(
+        past=jnp.concatenate(past_rows, axis=1),
+        force=jnp.concatenate(force_rows, axis=1),
+        missed=response.missed,
+        flights=flights,
+        sizes=(nodes * system.output_size, delays, jnp.shape(remembered)[2], d),
+    )
+
+
+def _looked_up(
+    system: DelaySystem, mesh: Mesh, response: Response, states: Array, before: np.ndarray, nodes: int
+) -> tuple[Array, Array | None]:
+    """What every delay brings to the nodes of every piece, from the past and from the forces of the same piece."""
+    d, size = system.state_size, jnp.shape(states)[-1]
+    count, history = mesh.pieces, mesh.history
+    width = nodes * system.force_size
+    points = gauss_nodes(nodes)[0]
+    m = jnp.shape(system.recalled)[1]
+    recalled = response.recalled.reshape(count, -1, m, d + width)
+    of_state, of_force = recalled[..., :d], recalled[..., d:]
+    synthesis = _synthesis(_FINER * nodes + _MORE)
+    # Starts of the pieces of the past and of the piece itself, (M, H + 1).
+    turns = (np.arange(count)[:, None] + np.arange(-history, 1)) // count
+    order = np.concatenate([before, np.arange(count)[:, None]], axis=1)
+    starts, lengths = mesh.start[order] + turns, mesh.length[order]
+
+    def at_piece(starts: Array, lengths: Array, order: Array, states: Array) -> tuple[Array, Array]:
+        phase = starts[-1] + lengths[-1] * points
+        shares = jnp.stack([delay.shares(phase, system.period) for delay in system.delays])
+        place = phase - shares
+        slot: Any = jnp.sum(place[..., None] >= starts[1:], axis=-1)
+        inside = (place - starts[slot]) / jnp.where(lengths[slot] > 0, lengths[slot], 1.0)
+        # Earlier than what is remembered, or later than now: no number, rather than a wrong one.
+        inside: Array = jnp.where((inside >= -1e-6) & (shares >= 0), inside, jnp.nan)
+        weights = _legendre(2 * inside - 1, len(synthesis)) @ synthesis
+        by_force = jnp.einsum("kqf,kqfmw->kqmw", weights, of_force[order[slot]])
+        row = jnp.einsum("kqf,kqfmd->kqmd", weights, of_state[order[slot]])
+        before_now = slot < history
+        column = (jnp.arange(history) == slot[..., None])[:, :, None, :, None] * by_force[:, :, :, None]
+        shape = (*jnp.shape(by_force)[:3], history * width)
+        whole = jnp.einsum("kqmd,kqdN->kqmN", row, states[slot])
+        whole = whole + jnp.pad(column.reshape(shape), ((0, 0), (0, 0), (0, 0), (d, 0)))
+        recent = jnp.where(before_now[..., None, None], 0.0, by_force)
+        rows = len(system.delays), nodes * m
+        return whole.reshape(*rows, size), recent.reshape(*rows, width)
+
+    remembered, recent = jax.vmap(at_piece)(starts, lengths, jnp.asarray(order), states)
+    return remembered, recent if mesh.recent else None
+
+
+def _synthesis(count: int) -> np.ndarray:
+    """Legendre terms from samples at Gauss points, (terms, points)."""
+    points, weights = gauss_nodes(count)
+    return (2 * np.arange(count) + 1)[:, None] * (weights[:, None] * legendre_values(points, count)).T
+
+
+def _legendre(x: Array, count: int) -> Array:
+    """P_0 … P_{count−1}, along a new last axis."""
+    values = [jnp.ones_like(x), x]
+    for order in range(1, count - 1):
+        values.append(((2 * order + 1) * x * values[-1] - order * values[-2]) / (order + 1))
+    return jnp.stack(values, axis=-1)

@@ -1,0 +1,187 @@
+"""Coefficients of a force over one period: constant, harmonic, or any function that says where it jumps.
+
+The phase t/T runs over [0, 1) and goes on beyond. A coefficient names the pieces of a period within which it is smooth,
+so that a method can end its intervals at the jumps.
+"""
+
+from collections.abc import Callable
+from typing import Any, ClassVar, NamedTuple, Protocol
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from lobex._namespace import namespace
+from lobex._pytree import pytree
+
+Array = Any
+
+# Gauss points that give the mean over a smooth part of a step, which is short.
+_POINTS = 6
+# Of a piece, so far from a jump that rounding does not reach it.
+_INSIDE = 1e-12
+
+
+class Piece(NamedTuple):
+    """A part of the period in which coefficients are smooth; ``idle`` where they are zero throughout.
+
+    ``idle`` is True or False where that is known before tracing, else a traced truth value.
+    """
+
+    start: Array
+    length: Array
+    idle: Any
+
+
+class Coefficient(Protocol):
+    """A matrix (e, r) over the period: what a method asks of it, at k phases (k, e, r)."""
+
+    constant: ClassVar[bool]
+
+    def pieces(self) -> tuple[Piece, ...]:
+        """The smooth pieces of one period, in order; the first may start anywhere. None where it has no jumps."""
+        ...
+
+    def within(self, inside: Array, phase: Array) -> Array:
+        """At phases (k,) of the piece that holds the phase ``inside``, its ends taken from there."""
+        ...
+
+    def at(self, phase: Array) -> Array:
+        """At any phases (k,), jumps included."""
+        ...
+
+    def mean(self, start: Array, stop: Array) -> Array:
+        """Averages over the intervals [start, stop], each (k,) and shorter than a period."""
+        ...
+
+
+@pytree()
+class Constant:
+    """The same matrix (e, r) at all times."""
+
+    value: Array
+
+    constant: ClassVar[bool] = True
+
+    def pieces(self) -> tuple[Piece, ...]:
+        return ()
+
+    def at(self, phase: Array) -> Array:
+        return namespace(self).broadcast_to(self.value, (jnp.shape(phase)[0], *jnp.shape(self.value)))
+
+    def within(self, inside: Array, phase: Array) -> Array:
+        return self.at(phase)
+
+    def mean(self, start: Array, stop: Array) -> Array:
+        return self.at(start)
+
+
+@pytree()
+class Harmonic:
+    """amplitude · cos(2π t/T), with an amplitude of (e, r)."""
+
+    amplitude: Array
+
+    constant: ClassVar[bool] = False
+
+    def pieces(self) -> tuple[Piece, ...]:
+        return ()
+
+    def at(self, phase: Array) -> Array:
+        return self.amplitude * jnp.cos(2 * jnp.pi * phase)[:, None, None]
+
+    def within(self, inside: Array, phase: Array) -> Array:
+        return self.at(phase)
+
+    def mean(self, start: Array, stop: Array) -> Array:
+        turn = 2 * jnp.pi
+        cosine = (jnp.sin(turn * stop) - jnp.sin(turn * start)) / (turn * (stop - start))
+        return self.amplitude * cosine[:, None, None]
+
+
+@pytree()
+class Framed:
+    """left · inner · right: a coefficient seen by other forces and outputs."""
+
+    left: Array
+    inner: Coefficient
+    right: Array
+
+    @property
+    def constant(self) -> bool:
+        return self.inner.constant
+
+    def pieces(self) -> tuple[Piece, ...]:
+        return self.inner.pieces()
+
+    def at(self, phase: Array) -> Array:
+        return self.left @ self.inner.at(phase) @ self.right
+
+    def within(self, inside: Array, phase: Array) -> Array:
+        return self.left @ self.inner.within(inside, phase) @ self.right
+
+    def mean(self, start: Array, stop: Array) -> Array:
+        return self.left @ self.inner.mean(start, stop) @ self.right
+
+
+@pytree()
+class Function:
+    """A matrix (e, r) as a function of time t, s, and of speed and gain, which repeats with the period.
+
+    Attributes:
+        function: in pure JAX, of (t, speed, gain).
+        speed, gain: of the point.
+        period: T, s.
+        breaks: phases t/T at which it jumps, (b,).
+    """
+
+    function: Callable[..., Array]
+    speed: Array
+    gain: Array
+    period: Array
+    breaks: Array
+
+    constant: ClassVar[bool] = False
+
+    def pieces(self) -> tuple[Piece, ...]:
+        return pieces_between(self.breaks) if jnp.shape(self.breaks)[0] else ()
+
+    def at(self, phase: Array) -> Array:
+        def one(phase: Array) -> Array:
+            return self.function(jnp.mod(phase, 1.0) * self.period, self.speed, self.gain)
+
+        return jax.vmap(one)(phase)
+
+    def within(self, inside: Array, phase: Array) -> Array:
+        if not jnp.shape(self.breaks)[0]:
+            return self.at(phase)
+        # On a jump the function itself says which side it takes: a little way inside there is no choice.
+        before, after = (jnp.min(jnp.mod(side, 1.0)) for side in (inside - self.breaks, self.breaks - inside))
+        return self.at(jnp.clip(phase, inside - (1 - _INSIDE) * before, inside + (1 - _INSIDE) * after))
+
+    def mean(self, start: Array, stop: Array) -> Array:
+        return mean_by_quadrature(self, start, stop)
+
+
+def pieces_between(breaks: Array) -> tuple[Piece, ...]:
+    """The pieces between jumps at phases (b,), in any order."""
+    lib = namespace(breaks)
+    place = lib.sort(lib.mod(lib.asarray(breaks, dtype=lib.result_type(float)), 1.0))
+    ends = [*place[1:], place[0] + 1]
+    return tuple(Piece(start, end - start, False) for start, end in zip(place, ends, strict=True))
+
+
+def mean_by_quadrature(coefficient: Coefficient, start: Array, stop: Array) -> Array:
+    """Averages over intervals [start, stop], (k,), by Gauss' rule between the jumps that lie in each."""
+    points, weights = np.polynomial.legendre.leggauss(_POINTS)
+    jumps = jnp.stack([jnp.mod(piece.start, 1.0) for piece in coefficient.pieces()] or [jnp.zeros(())])
+    # The first of each at or after the start.
+    place = start[:, None] + jnp.mod(jumps - start[:, None], 1.0)
+    edges = jnp.sort(jnp.clip(place, start[:, None], stop[:, None]), axis=1)
+    edges = jnp.concatenate([start[:, None], edges, stop[:, None]], axis=1)
+    width = jnp.diff(edges, axis=1)
+    middle = (edges[:, 1:] + edges[:, :-1]) / 2
+    phase = middle[..., None] + width[..., None] / 2 * points
+    share = width[..., None] * weights / 2 / (stop - start)[:, None, None]
+    values = coefficient.at(phase.ravel())
+    return jnp.einsum("kpg,kpgab->kab", share, values.reshape(*phase.shape, *jnp.shape(values)[1:]))

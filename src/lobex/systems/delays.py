@@ -1,0 +1,62 @@
+"""Delays: how long ago that was which acts now, as a share of the period T."""
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import jax
+import jax.numpy as jnp
+
+from lobex._pytree import pytree
+
+Array = Any
+
+
+class Delay(Protocol):
+    """A delay τ(t) of period T, above zero. A class of one's own is a pytree of numbers with this function."""
+
+    def shares(self, phase: Array, period: Array) -> Array:
+        """τ/T at phases t/T, (k,) → (k,)."""
+        ...
+
+
+@pytree()
+class WholePeriod:
+    """τ = T: what acts is found at the same places of the period before, and nothing is looked up between them."""
+
+    def shares(self, phase: Array, period: Array) -> Array:
+        return jnp.ones_like(phase)
+
+
+@pytree()
+class Share:
+    """τ is a constant share of T, such as the pitch angle before a tooth in a revolution."""
+
+    share: Array
+
+    def shares(self, phase: Array, period: Array) -> Array:
+        return jnp.broadcast_to(self.share, jnp.shape(phase))
+
+
+@pytree()
+class ConstantDelay:
+    """τ in seconds, whatever T is."""
+
+    delay: Array
+
+    def shares(self, phase: Array, period: Array) -> Array:
+        return jnp.broadcast_to(self.delay / period, jnp.shape(phase))
+
+
+@pytree()
+class Varying:
+    """τ(t) in seconds as a function of time t, s, and of speed and gain, which repeats with the period."""
+
+    function: Callable[..., Array]
+    speed: Array
+    gain: Array
+
+    def shares(self, phase: Array, period: Array) -> Array:
+        def one(phase: Array) -> Array:
+            return self.function(jnp.mod(phase, 1.0) * period, self.speed, self.gain) / period
+
+        return jax.vmap(one)(jnp.ravel(phase)).reshape(jnp.shape(phase))

@@ -1,0 +1,174 @@
+"""The one model that everything shares: a structure, a period, and a sum of forces, some of them delayed."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+
+from lobex._namespace import namespace
+from lobex._pytree import pytree
+from lobex.structures.modes import Modes, check_modes
+from lobex.systems.coefficients import Coefficient, Framed
+from lobex.systems.delays import Delay, WholePeriod
+from lobex.systems.terms import Term
+
+Array = Any
+
+
+class Forces(NamedTuple):
+    """The coefficients of all terms at k phases.
+
+    Attributes:
+        present: P, of y(t), (k, e, r).
+        delayed: Q, of w(t − τ), for each of ``DelaySystem.delays``, (k, e, m) each.
+    """
+
+    present: Array
+    delayed: tuple[Array, ...]
+
+
+@pytree(static=("longest", "shortest"))
+class DelaySystem:
+    """ż = A z + E f,  f = Σ P(t) y(t) + Σ Q(t) w(t − τ(t)),  y = C z,  w = D z,  with all coefficients of period T.
+
+    A is block-diagonal with n blocks of size s (s = 2 for a vibration mode), so the state size is d = n·s.
+
+    Attributes:
+        blocks: the diagonal blocks of A, shape (n, s, s), 1/s.
+        inputs: the rows of E per block, shape (n, s, e).
+        outputs: the columns of C per block, shape (n, r, s): what acts now.
+        period: T, s.
+        terms: the forces.
+        remembered: the columns of D per block, shape (n, m, s): what acts later. None where it is y.
+        longest: the longest delay, in periods, or more: so far back a method remembers.
+        shortest: the shortest delay, in periods, or less.
+    """
+
+    blocks: Array
+    inputs: Array
+    outputs: Array
+    period: Array
+    terms: tuple[Term, ...]
+    remembered: Array | None = None
+    longest: float = 1.0
+    shortest: float = 1.0
+
+    @property
+    def state_size(self) -> int:
+        """d, the size of z."""
+        return np.shape(self.blocks)[0] * np.shape(self.blocks)[1]
+
+    @property
+    def force_size(self) -> int:
+        """e, the size of f."""
+        return np.shape(self.inputs)[2]
+
+    @property
+    def output_size(self) -> int:
+        """r, the size of y."""
+        return np.shape(self.outputs)[1]
+
+    @property
+    def recalled(self) -> Array:
+        """The columns of D per block, (n, m, s)."""
+        return self.outputs if self.remembered is None else self.remembered
+
+    @property
+    def constant(self) -> bool:
+        """Whether no coefficient changes with time and every delay is the whole period."""
+        return all(term.coefficient.constant for term in self.terms) and self.repeats
+
+    @property
+    def repeats(self) -> bool:
+        """Whether every delay is the whole period."""
+        return all(isinstance(delay, WholePeriod) for delay in self.delays)
+
+    @property
+    def delays(self) -> tuple[Delay, ...]:
+        """The delays, those of the whole period as one that comes first."""
+        every = [term.delay for term in self.terms if term.delay is not None]
+        others = [delay for delay in every if not isinstance(delay, WholePeriod)]
+        return (*[WholePeriod()] * (len(others) < len(every)), *others)
+
+    def within(self, inside: Array, phase: Array) -> Forces:
+        """All coefficients at phases (k,) of the piece that holds the phase ``inside``."""
+        return self._forces(lambda coefficient: coefficient.within(inside, phase))
+
+    def at(self, phase: Array) -> Forces:
+        """All coefficients at any phases (k,), jumps included."""
+        return self._forces(lambda coefficient: coefficient.at(phase))
+
+    def mean(self, start: Array, stop: Array) -> Forces:
+        """Averages of all coefficients over the intervals [start, stop], each of shape (k,)."""
+        return self._forces(lambda coefficient: coefficient.mean(start, stop))
+
+    def drift(self) -> Array:
+        """A as a dense matrix, (d, d)."""
+        n, s = np.shape(self.blocks)[:2]
+        return jnp.einsum("ij,iab->iajb", jnp.eye(n), self.blocks).reshape(n * s, n * s)
+
+    def input_matrix(self) -> Array:
+        """E as a dense matrix, (d, e)."""
+        return jnp.reshape(self.inputs, (self.state_size, self.force_size))
+
+    def output_matrix(self) -> Array:
+        """C as a dense matrix, (r, d)."""
+        return dense_outputs(self.outputs)
+
+    def _forces(self, value: Callable[[Coefficient], Array]) -> Forces:
+        """The values of all coefficients, summed by what they act on."""
+        present: list[Any] = []
+        whole: list[Any] = []
+        others: list[Any] = []
+        for term in self.terms:
+            now, before = term.parts(value(term.coefficient))
+            present += [] if now is None else [now]
+            if before is not None:
+                (whole if isinstance(term.delay, WholePeriod) else others).append(before)
+        if not present:
+            shape = jnp.shape((whole + others)[0])[0], self.force_size, self.output_size
+            present = [namespace(whole, others).zeros(shape)]
+        every = tuple([sum(whole[1:], whole[0])] if whole else []) + tuple(others)
+        return Forces(sum(present[1:], present[0]), every)
+
+
+def dense_outputs(outputs: Array) -> Array:
+    """Columns per block (n, r, s) as one matrix, (r, d)."""
+    n, r, s = np.shape(outputs)
+    return jnp.swapaxes(outputs, 0, 1).reshape(r, n * s)
+
+
+def modal_system(modes: Modes, period: Array, terms: tuple[Term, ...], **others: Any) -> DelaySystem:
+    """The delay system of vibration modes under contact forces; the state of a mode is (u, u̇/ω)."""
+    check_modes(modes)
+    lib = namespace(modes)
+    omega = lib.asarray(modes.angular_frequency)
+    zero, one = lib.zeros_like(omega), lib.ones_like(omega)
+    unit = lib.stack([lib.stack([zero, one], -1), lib.stack([-one, -2 * modes.damping_ratio], -1)], -2)
+    shape, loading = lib.asarray(modes.shape), lib.asarray(modes.loading)
+    none = lib.zeros_like(shape)
+    return DelaySystem(
+        blocks=omega[:, None, None] * unit,
+        inputs=lib.stack([none, loading / omega[:, None]], axis=1),
+        outputs=lib.stack([shape, none], axis=2),
+        period=period,
+        terms=terms,
+        **others,
+    )
+
+
+def whole_state(system: DelaySystem) -> DelaySystem:
+    """The same system with y = w = z: the thesis' form, in which the delay acts on the whole state (3.1)."""
+    n, s = np.shape(system.blocks)[:2]
+    unit = jnp.eye(n * s, dtype=jnp.result_type(system.blocks)).reshape(n, s, n * s)
+    if system.remembered is not None:
+        raise ValueError("full = True takes a system that remembers y alone; give full=False")
+    left, right = system.input_matrix(), system.output_matrix()
+    return replace(
+        system,
+        inputs=unit,
+        outputs=jnp.swapaxes(unit, 1, 2),
+        terms=tuple(replace(term, coefficient=Framed(left, term.coefficient, right)) for term in system.terms),
+    )

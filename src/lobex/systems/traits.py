@@ -1,0 +1,55 @@
+"""What of a process its gain enters, found by following the gain through its equations."""
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+from jax.extend.core import Literal
+
+from lobex.systems.mesh import mesh_of
+
+Array = Any
+
+
+class Traits(NamedTuple):
+    """Of a process, whatever its numbers.
+
+    Attributes:
+        structure_by_gain: structure, period, jumps or delays follow the gain, so that nothing that a method makes of
+            them serves two gains.
+        present_by_gain: the coefficients of forces that act at once follow it.
+    """
+
+    structure_by_gain: bool
+    present_by_gain: bool
+
+
+def traits_of(process: Any) -> Traits:
+    """The traits of a process, by its equations in JAX: nothing is declared, so that nothing is declared wrongly.
+
+    A function that JAX keeps closed (one of ``jax.jit``, a loop) counts as a whole: all that comes out of it follows
+    the gain if anything that goes in does.
+    """
+
+    def parts(speed: Array, gain: Array) -> tuple[Any, Any]:
+        system = process.system(speed, gain)
+        mesh = mesh_of(system)
+        phase = mesh.start + mesh.length / 2
+        delays = [delay.shares(phase, system.period) for delay in system.delays]
+        structure = system.blocks, system.inputs, system.outputs, system.remembered, system.period
+        return (structure, mesh.start, mesh.length, mesh.gap, delays), system.at(phase).present
+
+    number = jax.ShapeDtypeStruct((), jnp.result_type(float))
+    traced, shapes = jax.make_jaxpr(parts, return_shape=True)(number, number)
+    follows = _followers(traced.jaxpr)
+    structure = len(jax.tree.leaves(shapes[0]))
+    return Traits(any(follows[:structure]), any(follows[structure:]))
+
+
+def _followers(jaxpr: Any) -> list[bool]:
+    """Which results follow the last argument."""
+    touched = {jaxpr.invars[-1]}
+    for equation in jaxpr.eqns:
+        if any(not isinstance(given, Literal) and given in touched for given in equation.invars):
+            touched.update(equation.outvars)
+    return [not isinstance(result, Literal) and result in touched for result in jaxpr.outvars]
