@@ -31,6 +31,8 @@ Array = Any
 _SIZES = (6, 10, 16, 26, 42, 68, 110)
 # Work per point, lightest first: squarings of the operator, or 0 for the dense solver.
 _EFFORTS = (9, 16, 24, 0)
+# The same after so long a period, in delays, that its end has forgotten all but the dominant multiplier.
+_LONG, _EFFORTS_AFTER_LONG = 4, (5, *_EFFORTS)
 # The pair is settled where it misses the discrete equations by less.
 _SETTLED = 1e-11
 _CHUNK_BYTES = 1e6
@@ -141,8 +143,9 @@ class _Refinement:
 
         tails = tail_bound(half[:, None] + _BY_COEFFICIENTS, np.array(_SIZES[:-1]))
         first = np.sum(tails > np.sqrt(self.method.tolerance), axis=1)
-        # Of few points it is quicker to compute some too finely than to compile one more size.
-        return _SIZES, first if points >= MANY else np.full(len(speeds), first.max())
+        # Of few points it is quicker to compute some too finely than to compile one more size; not where pieces are many.
+        apart = points >= MANY or mesh_of(self.process.system(ends[0], 0.0)).pieces > _LONG
+        return _SIZES, first if apart else np.full(len(speeds), first.max())
 
     def _turn(self, speed: float) -> float:
         """Radians that the mode to follow turns through in half of the widest piece in contact."""
@@ -191,7 +194,8 @@ class _Slab:
         prepared = prepared_at(
             self.whole.process, method, speeds, self.gain[0], self.whole.traits, self.whole.in_flight
         )
-        for effort in _EFFORTS:
+        mesh = mesh_of(self.whole.process.system(self.speeds[0], self.gain[0]))
+        for effort in _EFFORTS_AFTER_LONG if mesh.pieces >= _LONG * mesh.history else _EFFORTS:
             self.dense_points += (effort == 0) * len(points)
             self.evaluate(prepared, points, method, effort)
             settled = (self.defect[points] < _SETTLED) & (self.rounding[points] < self.whole.method.tolerance)

@@ -11,7 +11,7 @@ import numpy as np
 from lobex import _checks
 from lobex._pytree import pytree
 from lobex.floquet.power import Pair, rotation
-from lobex.operators.estimate import InContact, estimated_error, rounding, unresolved
+from lobex.operators.estimate import InContact, estimated_error, rounding, unresolved, unresolved_force
 from lobex.operators.operator import MOST_NODES, MonodromyOperator
 from lobex.operators.prepared import Prepared, prepare
 from lobex.operators.response import gauss_nodes
@@ -160,6 +160,7 @@ class Duhamel:
             length=mesh.length,
             missed=prepared.missed,
             force=jnp.stack(jnp.broadcast_arrays(*unscaled), axis=1),
+            unresolved_force=mesh.length[:, None] * jax.vmap(unresolved_force)(unmet_force + sum(acting)),
             unresolved=jax.vmap(unresolved)(after, jnp.einsum("rd,mkdp->mkrp", shape, ends)),
             unmet=_squares(unmet_force),
             terms=jnp.stack([_squares(parts.flown) + _squares(parts.pushed), sum(map(_squares, acting))], axis=1),

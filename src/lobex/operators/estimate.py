@@ -15,6 +15,10 @@ Array = Any
 # The error in terms of what the nodes leave of y: its square (superconvergence), but only in proportion to it
 # through modes that turn too quickly for the nodes. Bounds fitted to blade rub, milling and Mathieu's equation.
 _SMOOTH, _ROUGH = 3.0, 0.05
+# Where what is remembered is met between the nodes, what they leave of the force bends it at the ends of pieces: so much
+# of what they leave of y, over the cube of their number, and in proportion to what they leave of both. Bounds fitted to
+# several delays, delays apart from the period, and delays that vary (tests/test_general_error.py).
+_BETWEEN, _BOTH = 4.0, 5.0
 # Above this the last terms tell nothing of the rest.
 _UNKNOWN = 0.1
 
@@ -27,6 +31,7 @@ class InContact(NamedTuple):
         missed: how much of each mode's vibration lies beyond the nodes, (n,).
         force: norms of the coefficients of the present and of the delayed force at the nodes, (2, q).
         unresolved: squares of what the nodes leave of y, and of all of it, (2,).
+        unresolved_force: the same of the force, which is known at the nodes alone, (2,).
         unmet: square of by how much y misses its equations at the nodes.
         terms: squares of the terms of which the end state and y are sums, (2,).
     """
@@ -35,6 +40,7 @@ class InContact(NamedTuple):
     missed: Array
     force: Array
     unresolved: Array
+    unresolved_force: Array
     unmet: Array
     terms: Array
 
@@ -72,6 +78,14 @@ def unresolved(samples: Array, ends: Array) -> Array:
     return jnp.stack([left, jnp.sum(gauss_nodes(nodes)[1][:, None] * flat**2)])
 
 
+def unresolved_force(samples: Array) -> Array:
+    """Squares of the last two Legendre terms of the force over a piece, from its nodes (q, e, …), and of all of it, (2,)."""
+    nodes = jnp.shape(samples)[0]
+    flat = samples.reshape(nodes, -1)
+    last = jnp.sum((_analysis(nodes)[0] @ flat) ** 2)
+    return jnp.stack([last, jnp.sum(gauss_nodes(nodes)[1][:, None] * flat**2)])
+
+
 def estimated_error(system: DelaySystem, contacts: InContact, value: Array) -> Array:
     """The estimated relative error of a multiplier μ, (2,), of a well conditioned state; infinite where unknown.
 
@@ -85,29 +99,39 @@ def estimated_error(system: DelaySystem, contacts: InContact, value: Array) -> A
     """
     blocks, inputs, outputs = (jnp.asarray(part) for part in (system.blocks, system.inputs, system.outputs))
     tiny = jnp.finfo(blocks.dtype).tiny
-    left, whole = jnp.sum(contacts.unresolved, axis=0)
-    tail = jnp.sqrt(left / (whole + tiny))
+    tail, force_tail = (_share(part, tiny) for part in (contacts.unresolved, contacts.unresolved_force))
     mobility = jnp.sqrt(jnp.sum(inputs**2, axis=(1, 2)) * jnp.sum(outputs**2, axis=(1, 2)))
     quick = quickness(blocks)
     compliance = mobility / (quick + tiny)
     rough = jnp.sum(jnp.max(contacts.missed, axis=0) * compliance) / (jnp.sum(compliance) + tiny)
-    error = tail * (_SMOOTH * tail + _ROUGH * rough)
-
     nodes = jnp.shape(contacts.force)[-1]
+    error = tail * (_SMOOTH * tail + _ROUGH * rough)
+    if not system.repeats:
+        error = error + tail * (_BOTH * force_tail + _BETWEEN / nodes**3)
+
     size = jnp.sqrt(jnp.sum(value**2))
     growth = jnp.log(size) / system.period
     followed = 2 * followed_turn(nodes) / (system.period * jnp.max(contacts.length))
     quicker = quick > followed
     answer: Array = jnp.where(quicker, 0.0, _receptance(blocks, inputs, outputs, growth, followed))
     most = jnp.max(contacts.force, axis=(0, 2))
-    looped = (most[0] + most[1] / size) * jnp.sum(answer)
+    # What was a delay ago is larger by so much.
+    before = 1 / size if system.repeats else jnp.maximum(size**-system.longest, size**-system.shortest)
+    looped = (most[0] + most[1] * before) * jnp.sum(answer)
     mean = contacts.length @ (contacts.force @ gauss_nodes(nodes)[1])
     spring = system.constant and system.output_size == system.force_size == 1
     works = jnp.sum(jnp.abs(jnp.einsum("nrs,nse->re", outputs, inputs))) > 0 if spring else True
-    drive = jnp.where(works, mean[0], 0.0) + mean[1] / size
+    drive = jnp.where(works, mean[0], 0.0) + mean[1] * before
     decay = growth - jnp.trace(blocks, axis1=1, axis2=2) / jnp.shape(blocks)[-1]
     alone = quicker & (drive * mobility / 2 > (1 - looped) * decay)
-    return jnp.where((tail > _UNKNOWN) | (looped >= 1) | jnp.any(alone), jnp.inf, error)
+    unknown = (tail > _UNKNOWN) if system.repeats else (jnp.maximum(tail, force_tail) > _UNKNOWN)
+    return jnp.where(unknown | (looped >= 1) | jnp.any(alone), jnp.inf, error)
+
+
+def _share(unresolved: Array, tiny: Any) -> Array:
+    """Of all contacts (M, 2), the part that the nodes leave."""
+    left, whole = jnp.sum(unresolved, axis=0)
+    return jnp.sqrt(left / (whole + tiny))
 
 
 def rounding(system: DelaySystem, contacts: InContact, unmet: Array, held: Array) -> Array:

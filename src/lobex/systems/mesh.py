@@ -72,16 +72,29 @@ def mesh_of(system: DelaySystem) -> Mesh:
             gap.append(sum((jnp.asarray(piece.length) for piece in pieces[first + 1 : after]), jnp.zeros(())))
         gaps = jnp.stack(gap) if len(contacts) < len(pieces) else None
         return Mesh(jnp.stack(start), jnp.stack(length), gaps, len(contacts), True, False)
-    # Of a shortest delay that nobody has bounded, what the longest asks for.
-    shortest = system.shortest or system.longest
-    parts = max(ceil(1 / (shortest * len(pieces)) - _ROUNDING), 1)
+    alike = len(pieces) == 1
+    parts = _parts(system, len(pieces))
     share = np.arange(parts) / parts
     start = jnp.stack([jnp.asarray(piece.start) + piece.length * part for piece in pieces for part in share])
     length = jnp.stack([jnp.asarray(piece.length / parts) for piece in pieces for _ in share])
-    alike = len(pieces) == 1
     reach = ceil(system.longest * parts - _ROUNDING) if alike else ceil(system.longest - _ROUNDING) * len(start)
     recent = not alike or system.shortest < (1 - _ROUNDING) / parts
     return Mesh(start, length, None, max(reach, 1), False, recent)
+
+
+def _parts(system: DelaySystem, pieces: int) -> int:
+    """Into how many parts each piece is cut, so that most are not longer than the shortest delay.
+
+    In the next few numbers, that whose parts exceed the longest delay by least: what is remembered is whole pieces.
+    """
+    # Of a shortest delay that nobody has bounded, what the longest asks for.
+    least = max(ceil(1 / ((system.shortest or system.longest) * pieces) - _ROUNDING), 1)
+    if pieces > 1:
+        return least
+    return min(
+        range(least, 2 * least + 2),
+        key=lambda parts: ceil(system.longest * parts - _ROUNDING) / parts + parts * _ROUNDING,
+    )
 
 
 def _image(jumps: Array, delay: Delay, period: Array) -> Array:
