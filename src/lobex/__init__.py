@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from lobex.characteristic.method import CharacteristicRoots
     from lobex.contact.casing import Casing
     from lobex.contact.laws import Cubic, Linear, Plastic, Power, Threshold
+    from lobex.grids.choice import Auto
     from lobex.limits.adaptive import limit_curve
     from lobex.limits.boundary import boundary
     from lobex.limits.exact_limit import exact_limit, exact_lobes
@@ -50,6 +51,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 _HOME = {
+    "Auto": "grids.choice",
     "Band": "results.band",
     "Boundary": "results.boundary",
     "Casing": "contact.casing",
@@ -102,6 +104,7 @@ _HOME = {
 }
 
 __all__ = [
+    "Auto",
     "Band",
     "Boundary",
     "Casing",

@@ -13,29 +13,30 @@ from lobex import _checks
 from lobex._broadcast import over_points
 from lobex._float64 import at_once, in_float64, widened
 from lobex._warnings import SweepWarning, warn
-from lobex.characteristic.method import CharacteristicRoots, suits
 from lobex.floquet.dense import all_multipliers, largest_modulus
-from lobex.grids.choice import TOLERANCE
+from lobex.grids.choice import AUTO, Auto, chosen_method, tolerance_of
 from lobex.grids.evaluation import dominant_at_points
 from lobex.grids.resolution import oddities
-from lobex.operators.chebyshev import Chebyshev
+from lobex.operators.duhamel import Duhamel
 from lobex.operators.operator import Method, check_method
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_gain, check_process, check_speed, differentiable
 
 Array = Any
 
-DEFAULT_METHOD = Chebyshev(nodes=40)
+GENERAL = Duhamel(nodes=40)
+"""The operator of a fixed size that stands in where nobody chose a method."""
 
 
-def monodromy(process: Process, speed: Array, gain: Array, method: Method | None = None) -> Array:
+def monodromy(process: Process, speed: Array, gain: Array, method: Method | Auto = AUTO) -> Array:
     """The monodromy operator U of a process: the state one delay later is U times the state.
 
     Args:
         process: a process, such as ``Rub(modes)``.
         speed: speeds in Hz (revolutions per second), any shape.
         gain: gains, broadcast against ``speed``: K_e in N/m or depth of cut in m.
-        method: ``Duhamel(…)``, ``Chebyshev(…)``, which with 40 nodes is the default, or ``SemiDiscretization(…)``.
+        method: ``Auto()``, which is ``Duhamel(nodes=40)`` here, ``Duhamel(…)``, ``Chebyshev(…)`` or
+            ``SemiDiscretization(…)``.
 
     Returns:
         Array of shape (broadcast shape of speed and gain, N, N). Of concrete arguments a float64 NumPy
@@ -52,7 +53,7 @@ def monodromy(process: Process, speed: Array, gain: Array, method: Method | None
     return _monodromy(process, speed, gain, _operator(process, speed, gain, method))
 
 
-def multipliers(process: Process, speed: Array, gain: Array, method: Method | None = None) -> Array:
+def multipliers(process: Process, speed: Array, gain: Array, method: Method | Auto = AUTO) -> Array:
     """The Floquet multipliers, complex, largest modulus first: shape (broadcast shape, N).
 
     Arguments, precision, errors and warnings as for ``monodromy``.
@@ -61,36 +62,39 @@ def multipliers(process: Process, speed: Array, gain: Array, method: Method | No
     return _multipliers(process, speed, gain, _operator(process, speed, gain, method))
 
 
-def spectral_radius(process: Process, speed: Array, gain: Array, method: Method | None = None) -> Array:
+def spectral_radius(process: Process, speed: Array, gain: Array, method: Method | Auto = AUTO) -> Array:
     """max|μ|: the motion dies out below 1 and grows above. Shape: that of speed and gain, broadcast.
 
-    Differentiable with respect to speed, gain and every number in ``process``. By default from the roots of the
-    characteristic equation where coefficients are constant and nothing is traced, as in ``sweep``, and else by
-    ``Chebyshev(40)``. Arguments, precision, errors and warnings as for ``monodromy``.
+    Differentiable with respect to speed, gain and every number in ``process``. By ``Auto()`` as in ``sweep``, error
+    control included, where nothing is traced, and else by ``Duhamel(nodes=40)``. Arguments, precision, errors and
+    warnings as for ``monodromy``.
 
     Warns:
         SweepWarning: for points that failed and are NaN, and for estimated errors above 1e-8.
     """
     speed, gain = _checked(process, speed, gain, method)
-    if method is None and not _checks.is_traced((process, speed, gain)):
+    if isinstance(method, Auto) and not _checks.is_traced((process, speed, gain)):
         with at_once():
-            wide = widened(process)
-            if suits(wide, float(np.min(speed))):
-                return _by_roots(wide, np.asarray(speed, dtype=float), np.asarray(gain, dtype=float))
+            return _settled(widened(process), np.asarray(speed, dtype=float), np.asarray(gain, dtype=float), method)
     return _spectral_radius(process, speed, gain, _operator(process, speed, gain, method))
 
 
-def _by_roots(process: Process, speed: np.ndarray, gain: np.ndarray) -> np.ndarray:
+def _settled(process: Process, speed: np.ndarray, gain: np.ndarray, method: Auto) -> np.ndarray:
+    """As ``sweep`` has it: proven roots, or as many nodes as the estimated error asks for."""
     speed, gain = np.broadcast_arrays(speed, gain)
-    found = dominant_at_points(process, speed.ravel(), gain.ravel(), CharacteristicRoots())
-    if coarse := int(np.sum(~(found.error <= TOLERANCE))):
-        warn(f"{coarse} of {speed.size} points failed or have an estimated error above {TOLERANCE:g}", SweepWarning)
+    if not speed.size:
+        return np.zeros(speed.shape)
+    chosen = chosen_method(method, process, float(np.min(speed)))
+    found = dominant_at_points(process, speed.ravel(), gain.ravel(), chosen, every_mode=True)
+    tolerance = tolerance_of(chosen)
+    if coarse := int(np.sum(~(found.error <= tolerance))):
+        warn(f"{coarse} of {speed.size} points failed or have an estimated error above {tolerance:g}", SweepWarning)
     return np.abs(found.multiplier).reshape(speed.shape)
 
 
 def _checked(process: Any, speed: Any, gain: Any, method: Any) -> tuple[Array, Array]:
     check_process(process)
-    if method is not None:
+    if not isinstance(method, Auto):
         check_method(method)
     check_speed(process, speed)
     check_gain(process, gain)
@@ -105,15 +109,15 @@ def _checked(process: Any, speed: Any, gain: Any, method: Any) -> tuple[Array, A
     return speed, gain
 
 
-def _operator(process: Process, speed: Any, gain: Any, method: Method | None) -> Method:
-    """The method, or where none was chosen the default one, which is warned of where it is too coarse."""
-    if method is not None:
+def _operator(process: Process, speed: Any, gain: Any, method: Method | Auto) -> Method:
+    """The method, or where none was chosen the general one, which is warned of where its nodes are too few."""
+    if not isinstance(method, Auto):
         return method
     if not _checks.is_traced((process, speed, gain)) and np.size(speed) and np.size(gain):
         with at_once():
-            for message in oddities(widened(process), DEFAULT_METHOD, float(np.min(speed)), float(np.max(gain))):
+            for message in oddities(widened(process), GENERAL, float(np.min(speed)), float(np.max(gain))):
                 warn(message, SweepWarning)
-    return DEFAULT_METHOD
+    return GENERAL
 
 
 def _matrix(process: Process, method: Method, speed: Array, gain: Array) -> Array:

@@ -50,7 +50,7 @@ class AxisCrossings(NamedTuple):
 def axis_crossings(process: Process, speeds: np.ndarray, lowest: float, highest: float) -> AxisCrossings:
     """The crossings with lowest < K < highest, by D-subdivision (Neimark, 1949), at speeds (n,), Hz, in any order.
 
-    Call it in the scope of float64, for processes that ``suits``.
+    Call it in the scope of float64, for processes that ``CharacteristicRoots`` serves.
     """
     sound, structure, contact = contacts(process, speeds, max(abs(lowest), abs(highest)))
     number = np.flatnonzero(sound)

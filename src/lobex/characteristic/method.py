@@ -19,6 +19,7 @@ Array = Any
 
 # Speeds at which the model is asked at the least.
 _SPEEDS = 32
+_NOT_PROPORTIONAL = "whose coefficients are not proportional to the gain; give an operator"
 
 
 @pytree()
@@ -83,6 +84,15 @@ class CharacteristicRoots:
             target[index] = result
         return everywhere
 
+    def refuses(self, process: Process, speed: float) -> str | None:
+        """Why it does not serve a process, in words, or None where it does."""
+        why = _shape_refused(process)
+        if why is None:
+            none, one, two = (np.ravel(_coefficients(process, speed, gain)) for gain in (0.0, 1.0, 2.0))
+            proportional = np.all(none == 0) and np.allclose(two, 2 * one, rtol=1e-12, atol=0.0)
+            why = None if proportional else _NOT_PROPORTIONAL
+        return why
+
     def resolved_radians(self, system: DelaySystem) -> float:
         """Any number: nothing is sampled over the delay."""
         return np.inf
@@ -99,7 +109,7 @@ def contacts(process: Process, speeds: np.ndarray, largest: float) -> tuple[np.n
         ValueError: for periodic coefficients, several contact directions, or coefficients that are not proportional
             to the gain up to ``largest``.
     """
-    _check(process)
+    _require(_shape_refused(process), process)
     filled = np.resize(speeds, few(max(len(speeds), _SPEEDS)))
     whole = jax.tree.map(lambda a: np.asarray(a)[: len(speeds)], _contacts(process, filled, largest))
     sound = np.logical_and.reduce([np.isfinite(a.reshape(len(a), -1)).all(axis=1) for a in jax.tree.leaves(whole)])
@@ -125,17 +135,6 @@ def _results(root: Array, error: Array, proven: Array, delay: Array) -> tuple[Ar
     value: Array = np.exp(root)
     multiplier = value.real + 1j * np.abs(value.imag)
     return multiplier, root.imag / (2 * np.pi * delay), np.where(proven, error, np.nan), proven
-
-
-def suits(process: Process, speed: float) -> bool:
-    """Whether the characteristic roots of a process can be followed: see ``CharacteristicRoots``."""
-    with jax.enable_x64(True):
-        number = jax.ShapeDtypeStruct((), np.float64)
-        system = jax.eval_shape(process.system, number, number)
-    if not system.constant or system.output_size != 1:
-        return False
-    none, one, two = (np.ravel(_coefficients(process, speed, gain)) for gain in (0.0, 1.0, 2.0))
-    return bool(np.all(none == 0) and np.allclose(two, 2 * one, rtol=1e-12, atol=0.0))
 
 
 def _coefficients(process: Process, speed: Array, gain: Array) -> tuple[Array, Array]:
@@ -168,21 +167,27 @@ def _contacts(process: Process, speeds: Array, largest: Any) -> tuple[Structure,
     return jax.vmap(one)(speeds)
 
 
-def _check(process: Process) -> None:
-    check_process(process)
-    number = jax.ShapeDtypeStruct((), np.float64)
-    system = jax.eval_shape(process.system, number, number)
-    if not system.constant:
-        raise ValueError(f"{_named(process)} has periodic coefficients; give constant ones, such as lobex.Rub")
-    if system.output_size != 1:
-        raise ValueError(f"{_named(process)} has {system.output_size} contact directions; give modes with one")
-
-
 def _check_proportional(process: Process, made: Contact, others: Array, largest: float) -> None:
     unit = np.stack([made.current, made.delayed], axis=-1)
     if np.any(others[:, 0]) or not np.allclose(others[:, 1], largest * unit, rtol=1e-12, atol=0.0):
-        raise ValueError(f"{_named(process)} has coefficients that are not proportional to the gain; give an operator")
+        _require(_NOT_PROPORTIONAL, process)
 
 
-def _named(process: Process) -> str:
-    return f"process = {_checks.brief(process)}"
+def _shape_refused(process: Process) -> str | None:
+    """Why the characteristic equation of a process is none of one contact with constant coefficients, if so."""
+    check_process(process)
+    with jax.enable_x64(True):
+        number = jax.ShapeDtypeStruct((), np.float64)
+        system = jax.eval_shape(process.system, number, number)
+    if not all(term.coefficient.constant for term in system.terms):
+        return "which has periodic coefficients; give constant ones, such as those of lobex.Rub"
+    if not system.repeats or len(system.delays) != 1 or system.remembered is not None:
+        return "which has other delays than its period; give an operator"
+    if not system.output_size == system.force_size == 1:
+        return f"which has {system.output_size} contact directions; give modes with one"
+    return None
+
+
+def _require(why: str | None, process: Process) -> None:
+    if why:
+        raise ValueError(f"CharacteristicRoots does not serve process = {_checks.brief(process)}, {why}")

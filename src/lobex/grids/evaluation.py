@@ -89,13 +89,20 @@ def _by_roots(process: Process, found: tuple[np.ndarray, ...], speeds: np.ndarra
 
 
 def dominant_at_points(
-    process: Process, speeds: np.ndarray, gains: np.ndarray, method: Method | CharacteristicRoots
+    process: Process,
+    speeds: np.ndarray,
+    gains: np.ndarray,
+    method: Method | CharacteristicRoots,
+    every_mode: bool = False,
 ) -> Dominant:
-    """At the points (speeds[i], gains[i]), shape (p,); call in the scope of float64."""
+    """At the points (speeds[i], gains[i]), shape (p,); call in the scope of float64.
+
+    With ``every_mode`` a method that chooses its nodes begins, at few points, with enough for every mode.
+    """
     if isinstance(method, CharacteristicRoots):
         return _by_roots(process, method.at_points(process, speeds, gains), speeds, gains)
     if isinstance(method, Duhamel):
-        return refined_at_points(process, speeds, gains, method)
+        return refined_at_points(process, speeds, gains, method, every_mode=every_mode and len(speeds) < _FEW)
     return _at_points(process, speeds, gains, method, _EFFORTS)
 
 

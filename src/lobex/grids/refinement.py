@@ -143,7 +143,7 @@ class _Refinement:
 
         tails = tail_bound(half[:, None] + _BY_COEFFICIENTS, np.array(_SIZES[:-1]))
         first = np.sum(tails > np.sqrt(self.method.tolerance), axis=1)
-        # Of few points it is quicker to compute some too finely than to compile one more size; not where pieces are many.
+        # Of few points it is quicker to compute some too finely than to compile one more size, unless pieces are many.
         apart = points >= MANY or mesh_of(self.process.system(ends[0], 0.0)).pieces > _LONG
         return _SIZES, first if apart else np.full(len(speeds), first.max())
 

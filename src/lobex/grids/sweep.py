@@ -10,11 +10,9 @@ from lobex._float64 import at_once, widened
 from lobex._memory import check_memory
 from lobex._timing import timed
 from lobex._warnings import SweepWarning
-from lobex.characteristic.method import CharacteristicRoots
-from lobex.grids.choice import check_sweep_method, chosen_method, tolerance_of
+from lobex.grids.choice import AUTO, AnyMethod, check_any_method, chosen_method, tolerance_of
 from lobex.grids.evaluation import dominant_over_grid
 from lobex.grids.resolution import oddities
-from lobex.operators.operator import Method
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_gain, check_process, check_speed
 from lobex.processes.quantity import quantity_of
@@ -32,7 +30,7 @@ def sweep(
     process: Process,
     speed: Any,
     gain: Any,
-    method: Method | CharacteristicRoots | None = None,
+    method: AnyMethod = AUTO,
     *,
     progress: bool = False,
     plausible: bool = True,
@@ -42,7 +40,7 @@ def sweep(
     With ``plausible=False`` nothing is said of implausible numbers: a study looks at all of them itself.
     """
     check_process(process)
-    check_sweep_method(method)
+    check_any_method(method)
     _checks.untraced("sweep", process=process, speed=speed, gain=gain)
     speeds, gains = _checks.grid("speed", speed, "Hz"), _checks.grid("gain", gain, process.gain.unit)
     check_speed(process, speeds)
@@ -56,11 +54,10 @@ def sweep(
         warn_of_implausible(process, speeds, gains)
     with timed() as spent, at_once():
         process = widened(process)
-        if method is None:
-            method = chosen_method(process, float(speeds[0]))
-        for message in oddities(process, method, float(speeds[0]), float(gains[-1])):
+        chosen = chosen_method(method, process, float(speeds[0]))
+        for message in oddities(process, chosen, float(speeds[0]), float(gains[-1])):
             warnings.warn(message, SweepWarning, stacklevel=3)
-        multiplier, frequency, error, _, repeated = dominant_over_grid(process, speeds, gains, method, progress)
+        multiplier, frequency, error, _, repeated = dominant_over_grid(process, speeds, gains, chosen, progress)
     failed = int(np.sum(~np.isfinite(multiplier)))
     if failed:
         warnings.warn(
@@ -68,7 +65,7 @@ def sweep(
             SweepWarning,
             stacklevel=3,
         )
-    tolerance = tolerance_of(method)
+    tolerance = tolerance_of(chosen)
     if coarse := int(np.sum(error > tolerance)):
         warnings.warn(
             f"{coarse} of {multiplier.size} points have an estimated error above the tolerance {tolerance:g}; "
@@ -86,7 +83,7 @@ def sweep(
         quantity=quantity_of(process),
         speed_unit=process.speed_unit,
         process=describe(process),
-        method=describe(method),
+        method=describe(chosen),
         seconds=spent.seconds,
         compiling=spent.compiling,
         failed=failed,

@@ -11,8 +11,7 @@ import numpy as np
 from lobex import _checks
 from lobex._float64 import at_once, widened
 from lobex._timing import timed
-from lobex.characteristic.method import CharacteristicRoots
-from lobex.grids.choice import operator_of, tolerance_of
+from lobex.grids.choice import AUTO, AnyMethod, Auto, operator_of, tolerance_of
 from lobex.grids.evaluation import dominant_at_points
 from lobex.grids.sweep import SweepWarning, sweep
 from lobex.limits.batches import in_batches
@@ -27,7 +26,6 @@ from lobex.results.boundary import Boundary, BoundaryCurve
 from lobex.results.chart import Chart
 from lobex.results.limit import Kind
 from lobex.results.rebuild import rebuild
-from lobex.verbs import DEFAULT_METHOD
 
 Array = Any
 
@@ -44,7 +42,7 @@ def boundary(
     source: Chart | Process,
     speed: Any = None,
     gain: Any = None,
-    method: Method | CharacteristicRoots | None = None,
+    method: AnyMethod = AUTO,
     *,
     progress: bool = False,
 ) -> Boundary:
@@ -69,7 +67,7 @@ def boundary(
         source: a ``Chart``, or a process, such as ``Rub(modes)``, with the grid and method of a chart.
         speed: increasing speeds, Hz (revolutions per second), (n,), n ≥ 2; of a process only.
         gain: increasing gains, (m,), m ≥ 2; of a process only.
-        method: of the map, as ``sweep`` takes it, ``Chebyshev(nodes=40)`` if None; of a process only. Vertices are
+        method: of the map, as ``sweep`` takes it; of a process only. Vertices are
             polished with it, or, where it chooses its nodes or has no operator, with ``Duhamel(nodes=40)``.
         progress: show a progress bar on standard error.
 
@@ -86,7 +84,8 @@ def boundary(
     """
     with timed() as spent:
         if isinstance(source, Chart):
-            for name, value in (("speed", speed), ("gain", gain), ("method", method)):
+            own = None if isinstance(method, Auto) else method
+            for name, value in (("speed", speed), ("gain", gain), ("method", own)):
                 if value is not None:
                     raise ValueError(f"{name} = {_checks.brief(value)} beside a chart, which has its own; leave it out")
             chart, process, chosen = source, rebuild(source.process), _of_fixed_size(rebuild(source.method))
@@ -95,8 +94,8 @@ def boundary(
                 raise ValueError("source is a process: give the speeds and gains of the map to trace from, too")
             check_process(source)
             _checks.untraced("boundary", source=source, speed=speed, gain=gain)
-            process, chosen = source, _of_fixed_size(method) if method is not None else DEFAULT_METHOD
-            chart = sweep(process, speed, gain, chosen if method is None else method, progress=progress)
+            process, chosen = source, _of_fixed_size(method)
+            chart = sweep(process, speed, gain, method, progress=progress)
         if min(chart.spectral_radius.shape) < 2:
             raise ValueError(
                 f"a chart of shape {chart.spectral_radius.shape} has no contours; take two or more of each"
@@ -143,7 +142,7 @@ def boundary(
     )
 
 
-def _of_fixed_size(method: Method | CharacteristicRoots) -> Method:
+def _of_fixed_size(method: AnyMethod) -> Method:
     """An operator whose values at neighbouring points are those of one smooth function."""
     operator = operator_of(method)
     return replace(operator, nodes=operator.count) if isinstance(operator, Duhamel) else operator

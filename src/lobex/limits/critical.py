@@ -10,7 +10,7 @@ from lobex._float64 import at_once, widened
 from lobex._memory import check_memory
 from lobex._timing import Stopwatch, timed
 from lobex.characteristic.method import CharacteristicRoots
-from lobex.grids.choice import check_sweep_method, chosen_method, operator_of, tolerance_of
+from lobex.grids.choice import AUTO, AnyMethod, check_any_method, chosen_method, operator_of, tolerance_of
 from lobex.grids.resolution import oddities
 from lobex.grids.sweep import SweepWarning
 from lobex.limits.axis import changes_on_axis
@@ -37,7 +37,7 @@ def critical_gain(
     process: Process,
     speed: Any,
     bounds: tuple[Any, Any],
-    method: Method | CharacteristicRoots | None = None,
+    method: AnyMethod = AUTO,
     *,
     scan: int = 65,
     progress: bool = False,
@@ -48,7 +48,7 @@ def critical_gain(
     With ``plausible=False`` nothing is said of implausible numbers: a study looks at all of them itself.
     """
     check_process(process)
-    check_sweep_method(method)
+    check_any_method(method)
     if _checks.is_traced(bounds):
         raise ValueError("bounds are traced by JAX; give plain numbers: speed and process may be traced")
     scan = _checks.integer("scan", scan, 3)
@@ -75,15 +75,14 @@ def critical_gain(
     )
     with timed() as spent, at_once():
         process = widened(process)
-        if method is None:
-            method = chosen_method(process, slowest)
-        for message in oddities(process, method, slowest, float(gains[-1])):
+        chosen = chosen_method(method, process, slowest)
+        for message in oddities(process, chosen, slowest, float(gains[-1])):
             warnings.warn(message, SweepWarning, stacklevel=3)
-        parts, doubts = _search(process, speeds, gains, method, progress)
+        parts, doubts = _search(process, speeds, gains, chosen, progress)
         _leave_undefined(process, speeds, parts)
     if doubts:
         warnings.warn(doubts, SweepWarning, stacklevel=3)
-    return _limit(process, speeds, gains, method, spent, **parts)
+    return _limit(process, speeds, gains, chosen, spent, **parts)
 
 
 def _limit(

@@ -10,8 +10,7 @@ import numpy as np
 
 from lobex import _checks
 from lobex._float64 import at_once, widened
-from lobex.characteristic.method import CharacteristicRoots
-from lobex.grids.choice import operator_of
+from lobex.grids.choice import AUTO, AnyMethod, operator_of
 from lobex.limits.batches import in_batches
 from lobex.limits.critical import critical_gain
 from lobex.limits.exact_limit import exact_limit
@@ -33,7 +32,7 @@ def sensitivities(
     process: Process | Builder,
     speed: Any,
     bounds: tuple[Any, Any] | None = None,
-    method: Method | CharacteristicRoots | None = None,
+    method: AnyMethod = AUTO,
     *,
     at: Mapping[str, Any] | None = None,
     scan: int = 65,

@@ -10,7 +10,7 @@ import numpy as np
 from lobex._float64 import in_float64
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.floquet import power
-from lobex.grids.choice import operator_of
+from lobex.grids.choice import AnyMethod, Auto, operator_of
 from lobex.limits.crossings import TIE, label_densely, operator_family
 from lobex.limits.exact import exact_critical
 from lobex.limits.growth import SQUARINGS, find_crossing, growth
@@ -28,16 +28,14 @@ _Parts = tuple[Array, Array, Array, Array]
 _SCAN_SQUARINGS = 16
 
 
-def traced_critical_gain(
-    process: Process, speed: Any, gains: np.ndarray, method: Method | CharacteristicRoots | None
-) -> Limit:
+def traced_critical_gain(process: Process, speed: Any, gains: np.ndarray, method: AnyMethod) -> Limit:
     """The lowest limit between the first and the last of ``gains`` where speed or process are traced.
 
     ``Rub`` and ``Turning`` have it by D-subdivision, unless a method with an operator is asked for. Of everything
     else the gains are scanned with an operator of fixed size, and Newton's method polishes the first crossing.
     """
     speeds = jnp.atleast_1d(jnp.asarray(speed, dtype=jnp.result_type(float)))
-    exact = method is None or isinstance(method, CharacteristicRoots)
+    exact = isinstance(method, Auto | CharacteristicRoots)
     if exact and isinstance(process, Rub | Turning) and process.modes.directions == 1:
         method = CharacteristicRoots()
         parts = _by_subdivision(process, speeds, float(gains[0]), float(gains[-1]))

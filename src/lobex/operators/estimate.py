@@ -15,9 +15,9 @@ Array = Any
 # The error in terms of what the nodes leave of y: its square (superconvergence), but only in proportion to it
 # through modes that turn too quickly for the nodes. Bounds fitted to blade rub, milling and Mathieu's equation.
 _SMOOTH, _ROUGH = 3.0, 0.05
-# Where what is remembered is met between the nodes, what they leave of the force bends it at the ends of pieces: so much
-# of what they leave of y, over the cube of their number, and in proportion to what they leave of both. Bounds fitted to
-# several delays, delays apart from the period, and delays that vary (tests/test_general_error.py).
+# Where what is remembered is met between the nodes, what they leave of the force bends it at the ends of pieces: so
+# much of what they leave of y, over the cube of their number, and in proportion to what they leave of both. Bounds
+# fitted to several delays, delays apart from the period, and delays that vary (tests/test_general_error.py).
 _BETWEEN, _BOTH = 4.0, 5.0
 # Above this the last terms tell nothing of the rest.
 _UNKNOWN = 0.1
@@ -79,7 +79,7 @@ def unresolved(samples: Array, ends: Array) -> Array:
 
 
 def unresolved_force(samples: Array) -> Array:
-    """Squares of the last two Legendre terms of the force over a piece, from its nodes (q, e, …), and of all of it, (2,)."""
+    """Squares of the last two Legendre terms of a force over a piece, from its nodes (q, e, …), and of all, (2,)."""
     nodes = jnp.shape(samples)[0]
     flat = samples.reshape(nodes, -1)
     last = jnp.sum((_analysis(nodes)[0] @ flat) ** 2)

@@ -74,7 +74,8 @@ class LinearDelay:
         if (inputs is not None and np.shape(inputs)[0] != d) or (outputs is not None and np.shape(outputs)[1] != d):
             shapes = ["(none)" if given is None else np.shape(given) for given in (inputs, outputs)]
             raise ValueError(
-                f"inputs has shape {shapes[0]} and outputs {shapes[1]} where drift has ({d}, {d}); give ({d}, e) and (r, {d})"
+                f"inputs has shape {shapes[0]} and outputs {shapes[1]} where drift has ({d}, {d}); "
+                f"give ({d}, e) and (r, {d})"
             )
         forces = (d if inputs is None else np.shape(inputs)[1]), (d if outputs is None else np.shape(outputs)[0])
         _checks.choice("speed_unit", self.speed_unit, SPEED_UNITS)

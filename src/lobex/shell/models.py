@@ -113,12 +113,12 @@ def check_discretization(process: Any) -> None:
 
 
 def method_of(flags: arguments.Discretization) -> Any:
-    """The method that the flags describe; None where the verb chooses."""
+    """The method that the flags describe."""
     import lobex
 
     name = _method_name(flags)
     if name is None:
-        return None
+        return lobex.Auto()
     given = {n: v for n in ("nodes", "steps", "order") if (v := getattr(flags, n)) is not None}
     if name == "chebyshev":
         return lobex.Chebyshev(aligned=flags.aligned, **given)

@@ -8,9 +8,8 @@ from lobex._memory import check_memory
 from lobex._timing import timed
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids import sweep as grids
-from lobex.grids.choice import chosen_method
+from lobex.grids.choice import AUTO, AnyMethod, chosen_method
 from lobex.operators.duhamel import Duhamel
-from lobex.operators.operator import Method
 from lobex.processes.plausible import implausible
 from lobex.processes.process import Process, check_gain, check_process, check_speed
 from lobex.results.chart import Chart
@@ -32,7 +31,7 @@ def sweep(
     process: Process,
     speed: Any,
     gain: Any,
-    method: Method | CharacteristicRoots | None = None,
+    method: AnyMethod = AUTO,
     *,
     store: Path | None = None,
     processes: Share | None = None,
@@ -43,7 +42,7 @@ def sweep(
     process: Process | Numbers,
     speed: Any,
     gain: Any,
-    method: Method | CharacteristicRoots | None = None,
+    method: AnyMethod = AUTO,
     *,
     over: Over,
     store: Path | None = None,
@@ -54,7 +53,7 @@ def sweep(
     process: Any,
     speed: Any,
     gain: Any,
-    method: Method | CharacteristicRoots | None = None,
+    method: AnyMethod = AUTO,
     *,
     over: Over | None = None,
     store: Path | None = None,
@@ -86,7 +85,7 @@ def sweep(
         process: a process, such as ``Rub(modes)``, or with ``over`` a function of a dictionary of numbers.
         speed: increasing speeds, Hz (revolutions per second), shape (n,).
         gain: increasing gains, shape (m,): K_e in N/m or depth of cut in m.
-        method: ``CharacteristicRoots()``, ``Duhamel(…)``, ``Chebyshev(…)`` or ``SemiDiscretization(…)``.
+        method: ``Auto()``, ``CharacteristicRoots()``, ``Duhamel(…)``, ``Chebyshev(…)`` or ``SemiDiscretization(…)``.
         over: increasing values of further axes, by name.
         store: folder of the study: a new one, an empty one, or one that holds the same study.
         processes: (k, n) for the k-th of n processes that share the store, from 0; if not given, as Slurm, Open MPI or
@@ -140,7 +139,7 @@ def sweep(
 
 
 def _points_of_a_chunk(method: Any, process: Process, speed: float) -> int:
-    method = chosen_method(process, speed) if method is None else method
+    method = chosen_method(method, process, speed)
     if isinstance(method, CharacteristicRoots):
         return _BY_ROOTS
     return _BY_DUHAMEL if isinstance(method, Duhamel) else _BY_OPERATORS

@@ -8,9 +8,8 @@ import numpy as np
 from lobex import _checks
 from lobex._timing import timed
 from lobex.characteristic.method import CharacteristicRoots
-from lobex.grids.choice import chosen_method
+from lobex.grids.choice import AUTO, AnyMethod, chosen_method
 from lobex.limits import critical
-from lobex.operators.operator import Method
 from lobex.processes.plausible import implausible
 from lobex.processes.process import Process, check_process, check_speed
 from lobex.results.description import describe
@@ -30,7 +29,7 @@ def critical_gain(
     process: Process,
     speed: Any,
     bounds: tuple[Any, Any],
-    method: Method | CharacteristicRoots | None = None,
+    method: AnyMethod = AUTO,
     *,
     scan: int = 65,
     store: Path | None = None,
@@ -42,7 +41,7 @@ def critical_gain(
     process: Process | Numbers,
     speed: Any,
     bounds: tuple[Any, Any],
-    method: Method | CharacteristicRoots | None = None,
+    method: AnyMethod = AUTO,
     *,
     scan: int = 65,
     over: Over,
@@ -54,7 +53,7 @@ def critical_gain(
     process: Any,
     speed: Any,
     bounds: tuple[Any, Any],
-    method: Method | CharacteristicRoots | None = None,
+    method: AnyMethod = AUTO,
     *,
     scan: int = 65,
     over: Over | None = None,
@@ -83,8 +82,9 @@ def critical_gain(
         process: a process, such as ``Rub(modes)``, or with ``over`` a function of a dictionary of numbers.
         speed: speeds, Hz (revolutions per second), (n,) or one number; with ``over`` increasing.
         bounds: lowest and highest gain, in the units of the process' gain.
-        method: None for ``CharacteristicRoots()`` where the process has constant coefficients and one contact
-            direction, and ``Duhamel()`` elsewhere; or one of these, ``Chebyshev(…)`` or ``SemiDiscretization(…)``.
+        method: ``Auto()``, which is ``CharacteristicRoots()`` where the process has constant coefficients and one
+            contact direction, and ``Duhamel()`` elsewhere; or one of these, ``Chebyshev(…)`` or
+            ``SemiDiscretization(…)``.
         scan: number of gains in the scan of an operator.
         over, store, processes: further axes, the study's folder and its share, as ``sweep`` takes them.
         progress: show a progress bar on standard error; with ``over`` or ``store``, if that is a terminal.
@@ -115,7 +115,7 @@ def critical_gain(
         raise ValueError(f"speed has shape {np.shape(speed)}; give one speed or a list of them, not traced by JAX")
     speeds = np.atleast_1d(speeds) if over is None else _checks.grid("speed", np.atleast_1d(speeds), "Hz")
     check_speed(first, speeds)
-    chosen = chosen_method(first, float(speeds.min())) if method is None else method
+    chosen = chosen_method(method, first, float(speeds.min()))
     task = Task(
         verb="critical_gain",
         variation=variation,
