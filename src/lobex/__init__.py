@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from lobex.processes.linear_delay import LinearDelay
     from lobex.processes.milling import Milling
     from lobex.processes.regenerative import Rub, Turning
+    from lobex.processes.variable_pitch import VariablePitch
     from lobex.results.band import Band
     from lobex.results.boundary import Boundary
     from lobex.results.chart import Chart
@@ -83,6 +84,7 @@ _HOME = {
     "SweepWarning": "_warnings",
     "Threshold": "contact.laws",
     "Turning": "processes.regenerative",
+    "VariablePitch": "processes.variable_pitch",
     "WearMap": "results.wear_map",
     "boundary": "limits.boundary",
     "campbell": "plots.campbell",
@@ -136,6 +138,7 @@ __all__ = [
     "SweepWarning",
     "Threshold",
     "Turning",
+    "VariablePitch",
     "WearMap",
     "__version__",
     "boundary",

@@ -66,22 +66,7 @@ class Milling:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "teeth", _checks.integer("teeth", self.teeth, 1, _MOST_TEETH))
-        _checks.choice("direction", self.direction, ("down", "up"))
-        _checks.choice("speed_unit", self.speed_unit, SPEED_UNITS)
-        for name in ("tangential", "normal"):
-            check = _checks.positive if name == "tangential" else _checks.not_negative
-            check(name, getattr(self, name), "N/m²")
-            _checks.scalar(name, getattr(self, name))
-        _checks.scalar("radial_immersion", self.radial_immersion)
-        immersion = _checks.as_numbers("radial_immersion", self.radial_immersion)
-        if immersion is not None and not 0 < immersion <= 1:
-            raise ValueError(
-                f"radial_immersion = {float(immersion):.6g} is outside (0, 1]; "
-                "give radial depth of cut divided by tool diameter"
-            )
-        check_modes(self.modes)
-        if self.modes.directions not in (1, 2):
-            raise ValueError(f"modes has {self.modes.directions} contact directions; milling takes 1 or 2")
+        immersion = check_cutting(self)
         layout = self.layout if immersion is None else _layout(float(immersion), self.teeth, self.direction)
         object.__setattr__(self, "layout", layout)
 
@@ -144,6 +129,27 @@ def _(primals: tuple[Array, Array], tangents: tuple[Array, Array]) -> tuple[Arra
     return _no_derivative(*primals), jnp.nan * tangents[1]
 
 
+def check_cutting(process: Any) -> np.ndarray | None:
+    """Check modes, coefficients, immersion and direction of a milling process; return the immersion if it is known."""
+    _checks.choice("direction", process.direction, ("down", "up"))
+    _checks.choice("speed_unit", process.speed_unit, SPEED_UNITS)
+    for name in ("tangential", "normal"):
+        check = _checks.positive if name == "tangential" else _checks.not_negative
+        check(name, getattr(process, name), "N/m²")
+        _checks.scalar(name, getattr(process, name))
+    _checks.scalar("radial_immersion", process.radial_immersion)
+    immersion = _checks.as_numbers("radial_immersion", process.radial_immersion)
+    if immersion is not None and not 0 < immersion <= 1:
+        raise ValueError(
+            f"radial_immersion = {float(immersion):.6g} is outside (0, 1]; "
+            "give radial depth of cut divided by tool diameter"
+        )
+    check_modes(process.modes)
+    if process.modes.directions not in (1, 2):
+        raise ValueError(f"modes has {process.modes.directions} contact directions; milling takes 1 or 2")
+    return immersion
+
+
 def cutting_angles(radial_immersion: Array, direction: str) -> tuple[Array, Array]:
     """Entry and exit angles of a tooth, rad, from the feed-normal axis (Appendix A)."""
     lib = namespace(radial_immersion)
@@ -195,20 +201,20 @@ class CuttingForce:
         behind = 2 * jnp.pi * jnp.floor(pitch * (inside + order) / (2 * jnp.pi))
         middle, angle = (pitch * (place + order) - behind for place in (inside, phase))
         cutting = (middle >= self.entry) & (middle <= self.exit)
-        return self._matrix(jnp.sum(cutting * self._force(angle), axis=-2))
+        return self._matrix(jnp.sum(cutting * specific_force(self, angle), axis=-2))
 
     def at(self, phase: Array) -> Array:
         angle = 2 * jnp.pi / self.teeth * (phase + jnp.arange(self.teeth)[:, None])
         angle = jnp.mod(angle, 2 * jnp.pi)
         cutting = (angle >= self.entry) & (angle <= self.exit)
-        return self._matrix(jnp.sum(cutting * self._force(angle), axis=-2))
+        return self._matrix(jnp.sum(cutting * specific_force(self, angle), axis=-2))
 
     def mean(self, start: Array, stop: Array) -> Array:
         pitch = 2 * jnp.pi / self.teeth
         # An interval may reach past the end of the revolution, so the tooth behind is counted there too.
         order = jnp.arange(-self.teeth, self.teeth)[:, None]
         ends = [jnp.clip(pitch * (edge + order), self.entry, self.exit) for edge in (start, stop)]
-        work = jnp.sum(self._work(ends[1]) - self._work(ends[0]), axis=-2)
+        work = jnp.sum(specific_work(self, ends[1]) - specific_work(self, ends[0]), axis=-2)
         return self._matrix(work / (pitch * (stop - start)))
 
     def _engaged(self) -> tuple[Array, Array]:
@@ -222,31 +228,36 @@ class CuttingForce:
         whole = lib.floor(engaged)
         return whole, engaged - whole
 
-    def _force(self, angle: Array) -> Array:
-        """H of one tooth at ``angle``, by entry (xx or xx, xy, yx, yy), shape (entries, …)."""
-        sine, cosine = jnp.sin(angle), jnp.cos(angle)
-        along = self.tangential * cosine + self.normal * sine
-        if self.directions == 1:
-            return (along * sine)[None]
-        across = self.normal * cosine - self.tangential * sine
-        return jnp.stack([along * sine, along * cosine, across * sine, across * cosine])
-
-    def _work(self, angle: Array) -> Array:
-        """Antiderivative of ``_force`` over the angle."""
-        sine = jnp.sin(angle)
-        product = sine * sine / 2
-        sine_squared = angle / 2 - jnp.sin(2 * angle) / 4
-        cosine_squared = angle / 2 + jnp.sin(2 * angle) / 4
-        t, n = self.tangential, self.normal
-        entries = [t * product + n * sine_squared]
-        if self.directions == 2:
-            entries += [
-                t * cosine_squared + n * product,
-                n * product - t * sine_squared,
-                n * cosine_squared - t * product,
-            ]
-        return jnp.stack(entries)
-
     def _matrix(self, entries: Array) -> Array:
         matrix = self.depth * jnp.moveaxis(entries, 0, -1)
         return matrix.reshape(*np.shape(matrix)[:-1], self.directions, self.directions)
+
+
+def specific_force(cutting: Any, angle: Array) -> Array:
+    """H of one tooth at an angle, N/m², by entry (xx or xx, xy, yx, yy), shape (entries, …).
+
+    Of anything that has ``tangential``, ``normal`` and ``directions``.
+    """
+    sine, cosine = jnp.sin(angle), jnp.cos(angle)
+    along = cutting.tangential * cosine + cutting.normal * sine
+    if cutting.directions == 1:
+        return (along * sine)[None]
+    across = cutting.normal * cosine - cutting.tangential * sine
+    return jnp.stack([along * sine, along * cosine, across * sine, across * cosine])
+
+
+def specific_work(cutting: Any, angle: Array) -> Array:
+    """Antiderivative of ``specific_force`` over the angle."""
+    sine = jnp.sin(angle)
+    product = sine * sine / 2
+    sine_squared = angle / 2 - jnp.sin(2 * angle) / 4
+    cosine_squared = angle / 2 + jnp.sin(2 * angle) / 4
+    t, n = cutting.tangential, cutting.normal
+    entries = [t * product + n * sine_squared]
+    if cutting.directions == 2:
+        entries += [
+            t * cosine_squared + n * product,
+            n * product - t * sine_squared,
+            n * cosine_squared - t * product,
+        ]
+    return jnp.stack(entries)

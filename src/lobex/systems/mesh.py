@@ -9,7 +9,7 @@ import numpy as np
 
 from lobex.systems.coefficients import Piece, pieces_between
 from lobex.systems.delays import Delay
-from lobex.systems.system import DelaySystem
+from lobex.systems.system import DelaySystem, Places
 
 Array = Any
 
@@ -55,9 +55,42 @@ def pieces_of(system: DelaySystem) -> tuple[Piece, ...]:
         return (Piece(0.0, 1.0, False),)
     if len(system.terms) == 1 and system.repeats:
         return own[0]
-    jumps = jnp.stack([jnp.asarray(piece.start, dtype=float) for pieces in own for piece in pieces])
-    places = [jumps, *(_image(jumps, delay, system.period) for delay in system.delays)]
-    return pieces_between(jumps if system.repeats else jnp.concatenate(places))
+    places = _places(system)
+    return pieces_between(places if system.places is None else places[np.array(system.places.kept)])
+
+
+def places_that_matter(system: DelaySystem) -> Places:
+    """Of all jumps and their images, of a system of known numbers, those that differ and at which a force acts.
+
+    To be asked by processes whose jumps and delays keep their order whatever speed and gain, once when they are made:
+    each place that is left out is a piece less.
+    """
+    places = np.mod(np.asarray(_places(system)), 1.0)
+    jumps = len(places) if system.repeats else len(places) // (1 + len(system.delays))
+    kept: list[int] = []
+    for index, place in enumerate(places):
+        distance = np.abs(np.mod(place - places[kept] + 0.5, 1.0) - 0.5)
+        if np.any(distance < _ROUNDING):
+            continue
+        if index >= jumps:
+            acting = system.at(np.array([place - _ROUNDING, place + _ROUNDING])).delayed[index // jumps - 1]
+            if not np.any(np.asarray(acting)):
+                continue
+        kept.append(index)
+    start = np.sort(places[kept])
+    # How many starts lie within the longest delay before each, and one more for the piece that its end falls into.
+    before = np.mod(start[:, None] - start, 1.0)
+    reach = int(np.max(np.sum((before > 0) & (before < system.longest - _ROUNDING), axis=1))) + 1
+    return Places(tuple(kept), min(reach, len(kept)) if system.longest <= 1 else ceil(system.longest) * len(kept))
+
+
+def _places(system: DelaySystem) -> Array:
+    """The phases at which coefficients jump, and unless every delay is the whole period their images by each."""
+    starts = [piece.start for term in system.terms for piece in term.coefficient.pieces()]
+    jumps = jnp.stack([jnp.asarray(start, dtype=float) for start in starts])
+    if system.repeats:
+        return jumps
+    return jnp.concatenate([jumps, *(_image(jumps, delay, system.period) for delay in system.delays)])
 
 
 def mesh_of(system: DelaySystem) -> Mesh:
@@ -77,7 +110,10 @@ def mesh_of(system: DelaySystem) -> Mesh:
     share = np.arange(parts) / parts
     start = jnp.stack([jnp.asarray(piece.start) + piece.length * part for piece in pieces for part in share])
     length = jnp.stack([jnp.asarray(piece.length / parts) for piece in pieces for _ in share])
-    reach = ceil(system.longest * parts - _ROUNDING) if alike else ceil(system.longest - _ROUNDING) * len(start)
+    if alike:
+        reach = ceil(system.longest * parts - _ROUNDING)
+    else:
+        reach = ceil(system.longest - _ROUNDING) * len(start) if system.places is None else system.places.reach * parts
     recent = not alike or system.shortest < (1 - _ROUNDING) / parts
     return Mesh(start, length, None, max(reach, 1), False, recent)
 

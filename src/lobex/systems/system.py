@@ -29,7 +29,14 @@ class Forces(NamedTuple):
     delayed: tuple[Array, ...]
 
 
-@pytree(static=("longest", "shortest"))
+class Places(NamedTuple):
+    """Of the places at which pieces may end those that matter, and how many pieces hold the longest delay."""
+
+    kept: tuple[int, ...]
+    reach: int
+
+
+@pytree(static=("longest", "shortest", "places"))
 class DelaySystem:
     """ż = A z + E f,  f = Σ P(t) y(t) + Σ Q(t) w(t − τ(t)),  y = C z,  w = D z,  with all coefficients of period T.
 
@@ -44,6 +51,7 @@ class DelaySystem:
         remembered: the columns of D per block, shape (n, m, s): what acts later. None where it is y.
         longest: the longest delay, in periods, or more: so far back a method remembers.
         shortest: the shortest delay, in periods, or less.
+        places: where pieces have to end, of all places where they may, see ``mesh.places_that_matter``; None for all.
     """
 
     blocks: Array
@@ -54,6 +62,7 @@ class DelaySystem:
     remembered: Array | None = None
     longest: float = 1.0
     shortest: float = 1.0
+    places: Places | None = None
 
     @property
     def state_size(self) -> int:
