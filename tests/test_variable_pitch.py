@@ -1,0 +1,89 @@
+"""Milling with one delay a tooth: numbers of independent codes, and the laws of even pitch and of cyclic order."""
+
+import numpy as np
+import pytest
+
+import lobex
+from lobex.systems.mesh import mesh_of
+
+KT, KN = 6.79e8, 1.73824e8
+# Two modes, in x and y, of the tool "A" of the reference.
+TOOL = lobex.Modes.plane(
+    x=lobex.Modes.single(frequency=563.6, damping_ratio=0.0558, mass=1.4986),
+    y=lobex.Modes.single(frequency=516.21, damping_ratio=0.025, mass=1.199),
+)
+METHOD = lobex.Duhamel(nodes=20)
+
+
+def pitched(degrees, immersion=0.5, direction="down", modes=TOOL):
+    return lobex.VariablePitch(modes, np.deg2rad(degrees), KT, KN, immersion, direction)
+
+
+@pytest.mark.parametrize(
+    ("degrees", "immersion", "rpm", "depth", "expected"),
+    [
+        ([82, 88, 92, 98], 0.5, 4000, 2e-3, 0.05951370562 + 0.41983318372j),
+        ([70, 110, 70, 110], 0.5, 8000, 3e-3, 0.4905849367 + 0.0443142563j),
+        ([70, 110, 70, 110], 1.0, 8000, 3e-3, 0.83228424329 + 0.40686968612j),
+    ],
+)
+def test_multipliers_are_those_of_an_order_eight_integration_by_steps(degrees, immersion, rpm, depth, expected):
+    found = lobex.multipliers(pitched(degrees, immersion), rpm / 60, depth, METHOD)[0]
+    assert found.real + 1j * abs(found.imag) == pytest.approx(expected, rel=1e-8)
+
+
+@pytest.mark.parametrize("direction", ["down", "up"])
+def test_even_pitch_is_milling_taken_as_often_as_it_has_teeth(direction):
+    even = lobex.Milling(TOOL, 4, KT, KN, 0.3, direction)
+    once = lobex.multipliers(even, 70.0, 1e-3, lobex.Duhamel(nodes=14))
+    whole = lobex.multipliers(pitched([90.0] * 4, 0.3, direction), 70.0, 1e-3, METHOD)
+    assert abs(whole[0]) == pytest.approx(abs(once[0]) ** 4, rel=1e-8)
+
+
+def test_the_order_of_the_teeth_matters_and_where_it_begins_does_not():
+    def leading(degrees):
+        return abs(lobex.multipliers(pitched(degrees), 60.0, 2e-3, METHOD)[0])
+
+    first = leading([70, 100, 85, 105])
+    assert leading([85, 105, 70, 100]) == pytest.approx(first, rel=1e-8)
+    assert leading([105, 85, 100, 70]) != pytest.approx(first, rel=1e-4)
+
+
+def test_pieces_end_where_a_tooth_enters_or_leaves_and_where_their_delays_carry_that_into_the_cut():
+    process = pitched([70, 110, 70, 110])
+    mesh = mesh_of(process.system(50.0, 1e-3))
+    assert mesh.pieces == len(process.layout.places.kept) < 8 + 32
+    # The longest delay is 110° of pieces that are 30° on average.
+    assert mesh.history < mesh.pieces
+    assert float(np.sum(mesh.length)) == pytest.approx(1.0)
+
+
+def test_mean_forces_are_those_of_quadrature():
+    with np.errstate(all="raise"):
+        term = pitched([80, 100, 75, 105], 0.8, "up").system(50.0, 1e-3).terms[1]
+    start, stop = np.array([0.1, 0.63, 0.97]), np.array([0.13, 0.7, 1.05])
+    x, w = np.polynomial.legendre.leggauss(4000)
+    phase = start[:, None] + (stop - start)[:, None] * (x + 1) / 2
+    values = np.asarray(term.coefficient.at(phase.ravel())).reshape(3, 4000, 2, 2)
+    assert np.asarray(term.coefficient.mean(start, stop)) == pytest.approx(
+        np.einsum("q,kqab->kab", w / 2, values), rel=2e-3, abs=1e-3 * KT * 1e-3
+    )
+
+
+@pytest.mark.parametrize(
+    ("degrees", "message"),
+    [
+        ([90.0, 90.0, 90.0], "pitch sums to 4.71239 rad"),
+        ([[90.0], [270.0]], "give one angle a tooth"),
+        ([-90.0, 450.0], "must be positive"),
+        ([90.0, np.nan], "NaN"),
+    ],
+)
+def test_angles_that_make_no_turn_are_refused(degrees, message):
+    with pytest.raises(ValueError, match=message):
+        pitched(degrees)
+
+
+def test_degrees_are_recognised():
+    with pytest.raises(ValueError, match=r"numpy\.deg2rad"):
+        lobex.VariablePitch(TOOL, [90.0] * 4, KT, KN, 0.5)
