@@ -212,7 +212,7 @@ def test_what_moves_too_fast_for_double_precision_is_refused(process):
         lambda: lobex.sweep(process, [100.0, 200.0], [1e5, 1e60]),
         lambda: lobex.critical_gain(process, [100.0, 200.0], (1e5, 1e60)),
     ):
-        with pytest.raises(ValueError, match=r"up to gain = 1e\+60 the model moves through \S+ rad per delay"):
+        with pytest.raises(ValueError, match=r"up to gain = 1e\+60 the model moves through \S+ rad per period"):
             call()
 
 

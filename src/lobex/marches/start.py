@@ -97,9 +97,12 @@ def starting_state(system: DelaySystem, state: Any, end: np.ndarray) -> np.ndarr
         values = _checks.as_numbers("state", state)
         if values is None:
             raise ValueError("state is traced by JAX; a march runs outside jit, grad and vmap: give plain numbers")
+        values = values.reshape(-1, values.shape[-1]) if values.ndim > 1 else values
         try:
             # A single number would be taken for all of them.
-            return np.array(np.broadcast_to(values.reshape(-1, size), (lanes, size)))
+            if values.shape[-1:] != (size,):
+                raise ValueError
+            return np.array(np.broadcast_to(values, (lanes, size)))
         except ValueError:
             raise ValueError(
                 f"state has shape {np.shape(state)}; give the {size} numbers of z at t = 0, or one row per lane"
