@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from scipy.special import lambertw
 
 import lobex
+import root_count
 from cases import MILL, ROD, rub
 from lobex._pytree import pytree
 from lobex.characteristic.closed_loop import close
@@ -117,6 +118,27 @@ def test_the_count_is_that_of_the_eigenvalues():
     moduli = np.abs(lobex.multipliers(ROD, speeds, gains, Duhamel(120)))
     assert np.array_equal(count.roots, np.sum(moduli > np.exp(level)[:, None], axis=1))
     assert count.roots.max() >= 10
+
+
+def test_the_count_on_lines_that_begin_between_roots():
+    # Left of a real root M > 0 where the line begins, and an ulp of M beside the real axis would count as a turn.
+    rng = np.random.default_rng(5)
+    size = 200
+    omega, damping = 10 ** rng.uniform(0, 3, size), 10 ** rng.uniform(-4, -0.7, size)
+    delay, gain = rng.uniform(0.5, 4, size) / omega, omega**2 * 10 ** rng.uniform(-1, 1, size)
+    level = rng.uniform(-4, -0.05, size)
+    drift = omega[:, None, None] * np.array([[0.0, 1.0], [-1.0, 0.0]])
+    drift[:, 1, 1] = -2 * damping * omega
+    with jax.enable_x64(True):
+        inputs, outputs = np.stack([0 * omega, 1 / omega], axis=1), np.tile([1.0, 0.0], (size, 1))
+        loops = close(drift, inputs, outputs, -gain, gain).at_delay(delay)
+        count = roots_beyond(loops, on_device(loops.filled()), np.arange(size), level)
+    right = [
+        root_count.roots_beyond(root_count.Feedback([own], [ratio], [1.0], time, stiffness), line)
+        for own, ratio, time, stiffness, line in zip(omega, damping, delay, gain, level, strict=True)
+    ]
+    assert np.all(count.decided)
+    assert count.roots.tolist() == right
 
 
 def test_the_slope_is_the_functions_derivative():

@@ -367,6 +367,8 @@ def test_a_lane_that_blows_up_is_nan_and_named():
         ({"history": lambda t: np.nan * t}, "history(t) = [nan, nan"),
         ({"history": lambda t: t[:7]}, "history(t) has shape (7,); give (101,)"),
         ({"history": lambda t: "far"}, "history(t) = 'far'"),
+        ({"state": np.zeros(1)}, "state has shape (1,); give the 10 numbers"),
+        ({"state": 0.0}, "state has shape (); give the 10 numbers"),
         ({"state": np.zeros(3)}, "state has shape (3,); give the 10 numbers"),
         ({"state": np.full(10, np.nan)}, "state = [nan"),
         ({"state": np.zeros((2, 10))}, "state has shape (2, 10)"),

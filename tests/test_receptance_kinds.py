@@ -1,9 +1,12 @@
 """Whatever an analyser's file holds: read as what it is, and warned of where it is taken for something else."""
 
+import warnings
+
 import numpy as np
 import pytest
 
 import lobex
+from lobex.processes.process import check_speed
 
 OWN, RATIO, MASS, RADIAL = 2 * np.pi * 146.5, 0.03, 2.573, 2e8
 SPEEDS = [50.0, 75.0, 100.0, 125.0, 150.0]
@@ -48,6 +51,17 @@ def test_what_is_taken_for_another_kind_is_warned_of_with_the_arguments_that_men
     measured, conjugate = true
     assert str(warning.message).endswith(f"measured={measured!r}" + (", conjugate=True" if conjugate else ""))
     assert warning.filename == __file__
+
+
+@pytest.mark.parametrize(
+    "response", [*KINDS.values(), *(kind.conj() for kind in KINDS.values()), np.abs(RECEPTANCE), RECEPTANCE.real]
+)
+def test_what_was_warned_of_does_not_make_every_speed_too_fast(response):
+    # Of the other sign of time the first line, whatever its frequency, was taken for the resonance.
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        receptance = lobex.Receptance(np.r_[0.5, FREQUENCY], np.r_[response[0], response])
+        check_speed(lobex.Turning(receptance, radial=RADIAL), SPEEDS)
 
 
 @pytest.mark.parametrize("noise", [0.003, 0.03])

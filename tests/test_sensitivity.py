@@ -174,6 +174,9 @@ def test_hayes_equation():
 def test_tables_print_save_and_load(rod, designed, tmp_path):
     text = repr(designed).splitlines()
     assert text[0] == "Sensitivities of the limit of Rub: 4 speeds × 6 numbers, d ln K_e / d ln p"
+    # In the units of pictures.
+    assert [line.split()[:2] for line in text[1:3]] == [["speed", "(Hz)"], ["limit", "(MN/m)"]]
+    assert float(text[2].split()[2]) == pytest.approx(designed.limit.gain[0] / 1e6, rel=1e-5)
     assert text[1].split() == ["speed", "(Hz)", "85", "112", "150", "200"]
     assert [line.split()[0] for line in text[3:]] == [*sorted(AT), "speed"]
     dataset = rod.to_xarray()

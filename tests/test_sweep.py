@@ -196,6 +196,26 @@ def test_oddities_are_warned_of():
         lobex.sweep(rub(2), [3000.0, 4000.0], [1e5, 2e5])
 
 
+@pytest.mark.parametrize(
+    "process",
+    [
+        rub(2),
+        rub(2, young_modulus=1e60),
+        rub(2, damping_ratio=1e60),
+        MILL,
+        lobex.DelayedMathieu(delta=3.0, epsilon=1e60),
+    ],
+)
+@pytest.mark.filterwarnings("ignore::lobex.LobexWarning")
+def test_what_moves_too_fast_for_double_precision_is_refused(process):
+    for call in (
+        lambda: lobex.sweep(process, [100.0, 200.0], [1e5, 1e60]),
+        lambda: lobex.critical_gain(process, [100.0, 200.0], (1e5, 1e60)),
+    ):
+        with pytest.raises(ValueError, match=r"up to gain = 1e\+60 the model moves through \S+ rad per period"):
+            call()
+
+
 LARGE = r"""
 import re, numpy as np, lobex
 tool = lobex.Modes.single(frequency=146.5, damping_ratio=0.0032, mass=2.573)

@@ -204,6 +204,12 @@ class Named(Unknown):
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True)
+class Complex(Unknown):
+    stiffness: complex = 2.0 + 1.0j
+
+
+@jax.tree_util.register_dataclass
+@dataclass(frozen=True)
 class Nameless:
     def system(self, speed, gain):
         return ROD.system(speed, gain)
@@ -222,6 +228,8 @@ class Finer(lobex.Chebyshev):
         (lambda: lobex.march_delay(Unknown(), 90.0, 1e5, kick, 2, 90), "register_dataclass"),
         (lambda: lobex.boundary(Unknown(), [90.0, 91.0], [1e5, 2e5]), "register_dataclass"),
         (lambda: lobex.sweep(Named(), [90.0], [1e5]), "process.name = 'blade' is no number"),
+        (lambda: lobex.sweep(Complex(), [90.0], [1e5]), "process.stiffness is complex"),
+        (lambda: lobex.march_delay(Complex(), 90.0, 1e5, kick, 2, 90), "process.stiffness is complex"),
         (lambda: lobex.sweep(Nameless(), [90.0], [1e5]), "has no gain"),
         (lambda: lobex.spectral_radius(ROD, 90.0, 1e5, Finer()), "register_dataclass"),
     ],

@@ -48,15 +48,26 @@ def pytree(*, static: tuple[str, ...] = ()) -> Callable[[T], T]:
 
 
 def check_pytree(name: str, value: Any) -> None:
-    """Require a pytree of numbers."""
+    """Require a pytree of real numbers; a measured response, which is complex, has looked at itself."""
     if jax.tree_util.all_leaves([value]):
         raise ValueError(
             f"{name} = {_checks.brief(value)} is unknown to JAX; make its class a frozen dataclass, and register it "
             "by @jax.tree_util.register_dataclass"
         )
-    for path, leaf in jax.tree_util.tree_flatten_with_path(value)[0]:
+    for path, leaf in jax.tree_util.tree_flatten_with_path(value, is_leaf=_is_measured)[0]:
+        if _is_measured(leaf):
+            continue
         if not isinstance(leaf, int | float | complex | np.ndarray | np.generic | jax.Array):
             raise ValueError(
                 f"{name}{jax.tree_util.keystr(path)} = {_checks.brief(leaf)} is no number; "
                 "name the field in meta_fields of jax.tree_util.register_dataclass"
             )
+        if np.iscomplexobj(leaf):
+            # Sums with real numbers would drop the imaginary parts without a word.
+            raise ValueError(
+                f"{name}{jax.tree_util.keystr(path)} is complex; give real numbers, such as real and imaginary part"
+            )
+
+
+def _is_measured(node: Any) -> bool:
+    return hasattr(node, "response")

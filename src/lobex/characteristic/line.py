@@ -132,6 +132,8 @@ def _passed(loops: Loops, lane: Array, level: Array, low: Array, high: Array) ->
         return *value_of_mode(mode, level, low), *value_of_mode(mode, level, high)
 
     real, imaginary, other_real, other_imaginary = over_modes(term, mine, (level,) * 4)
+    # On the real axis M is real: an ulp of fused products below it would be a whole turn.
+    imaginary = jnp.where(low > 0, imaginary, 0.0)
     begin, end = jnp.arctan2(imaginary, real) - low, jnp.arctan2(other_imaginary, other_real) - high
     begin, end = jnp.mod(begin, 2 * jnp.pi), jnp.mod(end, 2 * jnp.pi)
     swing = jnp.arctan2(

@@ -38,7 +38,8 @@ def suspicion(frequency: np.ndarray, response: np.ndarray, measured: str, conjug
         if _oddity(as_receptance(frequency, response, other, sign)) is None:
             arguments = f"measured={other!r}" + (", conjugate=True" if sign else "")
             kind = _NAME[other] + (" with the other sign of time, e^{−jωt}" if sign else "")
-            return f"response has {found}, which no receptance of a driving point has; a {kind} is read by {arguments}"
+            named = f"an {kind}" if kind.startswith("a") else f"a {kind}"
+            return f"response has {found}, which no receptance of a driving point has; {named} is read by {arguments}"
     return (
         f"response has {found}, which no receptance of a driving point has; check that force and displacement were "
         "measured at one point and in one direction"

@@ -99,6 +99,9 @@ def starting_state(system: DelaySystem, state: Any, end: np.ndarray) -> np.ndarr
             raise ValueError("state is traced by JAX; a march runs outside jit, grad and vmap: give plain numbers")
         values = values.reshape(-1, values.shape[-1]) if values.ndim > 1 else values
         try:
+            # A single number would be taken for all of them.
+            if values.shape[-1:] != (size,):
+                raise ValueError
             return np.array(np.broadcast_to(values, (lanes, size)))
         except ValueError:
             raise ValueError(

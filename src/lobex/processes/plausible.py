@@ -56,9 +56,12 @@ def passes_per_period(process: Any, speed: np.ndarray, fastest: bool = False) ->
         omega = np.asarray(frequency)
         first = float(omega.max() if fastest else omega.min()) / (2 * np.pi)
     else:
-        # Of a measurement, the resonance that takes in most power.
+        # Of a measurement, the resonance that takes in most power, whatever its sign of time; a magnitude has none.
         lines = np.asarray(getattr(modes, "frequency", None))
-        first = float(lines[np.argmax(-lines * np.imag(np.asarray(response)))])
+        power = np.abs(lines * np.imag(np.asarray(response)))
+        if not np.any(power):
+            return None
+        first = float(lines[np.argmax(power)])
     return float(np.min(speed)) * getattr(process, "passes", 1) / first
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from lobex.results.limit import Limit
 from lobex.results.stored import Stored
+from lobex.results.units import shown_gain, shown_speed
 
 if TYPE_CHECKING:
     import xarray
@@ -66,13 +67,16 @@ class Sensitivities:
     def __repr__(self) -> str:
         limit, table = self.limit, self.logarithmic
         shown = np.unique(np.linspace(0, len(limit.speed) - 1, _MOST_COLUMNS).round().astype(int))
+        speeds, gains = limit.speed[shown], np.asarray(limit.gain)[shown]
         rows = sorted(self.largest(_MOST_ROWS))
         wide = max(len(self.names[i]) for i in rows)
         head = f"Sensitivities of the limit of {limit.process['type']}: {len(limit.speed)} speeds × {len(self.names)}"
         lines = [
             f"{head} numbers, d ln {limit.quantity.symbol} / d ln p",
-            _row("speed (Hz)", wide, (f"{limit.speed[j]:.6g}" for j in shown)),
-            _row(f"limit ({limit.quantity.unit})", wide, (f"{limit.gain[j]:.6g}" for j in shown)),
+            _row(_in("speed", limit.speed_unit), wide, (_number(shown_speed(s, limit.speed_unit)) for s in speeds)),
+            _row(
+                _in("limit", limit.quantity.display_unit), wide, (_number(shown_gain(g, limit.quantity)) for g in gains)
+            ),
             *(
                 _row(
                     self.names[i],
@@ -130,3 +134,11 @@ def read_sensitivities(stored: Stored, limit: Limit) -> Sensitivities:
 
 def _row(name: str, wide: int, cells: Any) -> str:
     return f"  {name:<{max(wide, 16)}}" + "".join(f"{cell:>13}" for cell in cells)
+
+
+def _in(what: str, unit: str) -> str:
+    return what if unit == "1" else f"{what} ({unit})"
+
+
+def _number(shown: str) -> str:
+    return shown.partition(" ")[0]
