@@ -10,6 +10,7 @@ import quick
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # Before JAX loads: 0.9 writes a line of its own for every program that it finds in the cache.
 os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
+# Empty flags, as make test-all has them, compile as for users.
 os.environ.setdefault("XLA_FLAGS", quick.flags())
 
 import matplotlib
