@@ -1,6 +1,6 @@
 # make demo   make the environment and draw the first diagram, rub.nc and rub.png
-# make test   make the environment and run the tests; nearly all of their time goes into compiling
-# make test-all   the same, and the long statistical searches that are marked so
+# make test   make the environment and run the tests; they compile quickly and compute slowly (tests/quick.py)
+# make test-all   the same compiled as for users, and the long statistical searches that are marked so
 # make coverage   run the tests and print which lines no test runs
 # make lint   ruff and pyright
 # make bench  measure, and rewrite benchmarks/RESULTS.md
@@ -30,7 +30,7 @@ test: $(VENV)/.test
 	$(PYTEST)
 
 test-all: $(VENV)/.test
-	$(PYTEST) -m "search or not search"
+	XLA_FLAGS= $(PYTEST) -m "search or not search"
 
 coverage: $(VENV)/.test
 	$(PYTEST) --cov=lobex

@@ -1,12 +1,17 @@
+import gc
 import os
 import signal
 import tempfile
 from pathlib import Path
 
+import quick
+
 # Before NumPy and SciPy load it: every worker has a core, and JAX a thread on each.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # Before JAX loads: 0.9 writes a line of its own for every program that it finds in the cache.
 os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
+# Empty flags, as make test-all has them, compile as for users.
+os.environ.setdefault("XLA_FLAGS", quick.flags())
 
 import matplotlib
 
@@ -24,6 +29,8 @@ LONGEST = (
     *("random_models", "operators", "march_delay", "spectrum", "chatter", "sensitivity", "band", "boundary"),
     *("shell", "reference", "gradients", "wear", "characteristic_roots", "sweep", "design", "readme", "store", "study"),
 )
+# New objects, and rounds of the younger ones, after which Python looks for rubbish; 700, 10 and 10 by default.
+COLLECTED = (50_000, 20, 100)
 # Memory maps of a process, of the 65,530 that Linux allows; a compiled program holds some.
 MOST_MAPS = 30_000
 
@@ -42,6 +49,8 @@ def pytest_configure(config):
     jax.config.update("jax_compilation_cache_dir", os.environ["LOBEX_TESTS_COMPILED"])
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     config.pluginmanager.register(Counter())
+    # What JAX traced is kept, and grows: looking through all of it for rubbish, time and again, costs a tenth.
+    gc.set_threshold(*COLLECTED)
     # A run in the background ignores Ctrl-C, and with it every process that a test starts and interrupts.
     signal.signal(signal.SIGINT, signal.default_int_handler)
 

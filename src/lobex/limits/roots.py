@@ -45,8 +45,10 @@ def bracketed_root(
         first, last = jnp.where(beyond, first, x), jnp.where(beyond, x, last)
         newton = x - value / jnp.where(slope == 0, jnp.inf, slope)
         inside = ((newton - first) * (newton - last) <= 0) & (slope != 0)
-        new = jnp.where(inside, newton, (first + last) / 2)
-        done = (jnp.abs(value) <= tolerance) | (jnp.abs(new - x) <= jnp.finfo(x.dtype).eps * jnp.abs(x))
+        zero = jnp.abs(value) <= tolerance
+        # At a zero to rounding, Newton's step may leave the bracket by rounding: the middle would be worse.
+        new = jnp.where(inside, newton, jnp.where(zero, x, (first + last) / 2))
+        done = zero | (jnp.abs(new - x) <= jnp.finfo(x.dtype).eps * jnp.abs(x))
         return jnp.where(done, _MOST_STEPS, count + 1), first, last, new
 
     begin = jnp.where(wanted, 0, _MOST_STEPS)
