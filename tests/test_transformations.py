@@ -66,11 +66,11 @@ def test_a_speed_is_traced_with_a_model_of_float32_arrays_closed_over(make, gain
     process = make(jnp)
     assert process.modes.angular_frequency.dtype == jnp.float32
     radius = lobex.spectral_radius(make(np), 100.0, gain, FEW)
-    limit = lobex.critical_gain(make(np), 100.0, bounds, None if make is rub else FEW, scan=9)
+    limit = lobex.critical_gain(make(np), 100.0, bounds, lobex.Auto() if make is rub else FEW, scan=9)
 
     @jax.jit
     def traced(speed):
-        found = lobex.critical_gain(process, speed, bounds, None if make is rub else FEW, scan=9)
+        found = lobex.critical_gain(process, speed, bounds, lobex.Auto() if make is rub else FEW, scan=9)
         pair = lobex.spectral_radius(process, [speed, 90.0], gain, FEW)
         return pair[0], found.gain[0], found.chatter_frequency[0], found.kind_code[0], found.status_code[0]
 
