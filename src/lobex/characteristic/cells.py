@@ -95,10 +95,10 @@ def first_cells(loops: Loops, level: Array, least: Array) -> Cells:
     return Cells(line[kept], low[kept], high[kept])
 
 
-def decide(cells: Cells, look: Callable[[Cells], Array], lines: int) -> Array:
+def decide(cells: Cells, look: Callable[[Cells], Array], lines: int, rounds: int = _ROUNDS) -> Array:
     """Halve the cells that ``look`` is undecided about, until it is about none; whether each line is decided."""
     decided = np.ones(lines, dtype=bool)
-    for _ in range(_ROUNDS):
+    for _ in range(rounds):
         if not len(cells.line):
             return decided
         if len(cells.line) > _MOST:

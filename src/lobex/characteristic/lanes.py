@@ -20,7 +20,7 @@ def in_batches(function: Any, arrays: tuple[Array, ...]) -> tuple[Array, ...]:
     parts = []
     for start in range(0, max(count, 1), size):
         part = [a[start : start + size] for a in arrays]
-        filled = (np.resize(a, size) if count else np.zeros(size, a.dtype) for a in part)
+        filled = (np.resize(a, (size, *a.shape[1:])) if count else np.zeros((size, *a.shape[1:]), a.dtype) for a in part)
         parts.append([np.asarray(result)[: len(part[0])] for result in function(*filled)])
     return tuple(map(np.concatenate, zip(*parts, strict=True)))
 

@@ -1,0 +1,145 @@
+"""How many roots lie to the right of a line Re z = x, at all gains of an interval at once.
+
+With k = 1/K the roots are where k + L(z) = 0, L = −(p + q e^{−z}) H. While k goes over an interval no root passes the
+line if −L misses the interval everywhere on it, and then the number of roots to the right is the same for all its
+gains. A cell of the line is decided in one of three ways, each by bounds of H and H′ from the distances to the poles:
+the delayed part is smaller than the rest, |q e^{−z} H| < |k − p H|, for all k; it is larger for all k; or
+−L in its middle is further from the interval than it can change in half a cell. The number itself is counted at the
+largest |K|, as in ``line``.
+"""
+
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from lobex.characteristic.cells import Cells, bounds_of_mode, decide, first_cells, over_modes, value_of_mode
+from lobex.characteristic.closed_loop import Loops
+from lobex.characteristic.lanes import in_batches, take
+
+Array = Any
+
+_DONE, _SPLIT, _LOUD, _CLEAR = 0, 1, 2, 3
+# How often a cell is halved before its strip is given up.
+_ROUNDS = 14
+
+
+class Open(NamedTuple):
+    """L = −(p + q e^{−z}) H of lanes (b,): p, q, and H as the loop that it makes alone."""
+
+    present: Array
+    delayed: Array
+    loops: Loops
+
+
+class Strips(NamedTuple):
+    """Each (k,): the number of the lane, x, and the gains of smallest and of largest modulus, of one sign."""
+
+    lane: Array
+    level: Array
+    weakest: Array
+    strongest: Array
+
+
+def roots_over(opened: Open, on_device: Open, strips: Strips, poles: Array) -> tuple[Array, Array]:
+    """The number of roots to the right of the lines at every gain of the strips, (k,), and whether it is known.
+
+    Args:
+        opened: of every lane, on the host.
+        on_device: the same, where it is computed with.
+        strips: the lines, and their gains.
+        poles: how many poles of M lie to the right of each line at its strongest gain, (k,).
+    """
+    lane, level = strips.lane, strips.level
+    mine = take(opened, lane)
+    with np.errstate(all="ignore"):
+        size = np.exp(-level)
+        low, high = 1 / strips.strongest, 1 / strips.weakest
+        at = np.sum((mine.loops.first * level + mine.loops.constant)
+                    / ((level - mine.loops.upper) * (level - mine.loops.lower)), axis=0).real
+        number = poles - (mine.delayed * size * at / (low - mine.present * at) > 1)
+
+    def look(cells: Cells) -> Array:
+        line = cells.line
+        arrays = lane[line], level[line], size[line], low[line], high[line], cells.low, cells.high
+        (code,) = in_batches(partial(_look, on_device), arrays)
+        turning = np.flatnonzero(code >= _LOUD)
+        if len(turning):
+            part = tuple(a[turning] for a in arrays)
+            (passed,) = in_batches(partial(_passed, on_device), (*part[:4], *part[5:], code[turning] == _LOUD))
+            np.add.at(number, line[turning], 2 * passed)
+        return code == _SPLIT
+
+    least = np.abs(low) / (np.abs(mine.present) + np.abs(mine.delayed) * size)
+    decided = decide(first_cells(mine.loops, level, least), look, len(lane), _ROUNDS)
+    return number, decided
+
+
+def _beyond(distance: Array, along: Array, low: Array, high: Array) -> Array:
+    """The distance of points from the interval between two numbers: of their height, and along it."""
+    least, most = jnp.minimum(low, high), jnp.maximum(low, high)
+    return jnp.hypot(distance, jnp.maximum(jnp.maximum(least - along, along - most), 0.0))
+
+
+@jax.jit
+def _look(opened: Open, lane: Array, level: Array, scale: Array, k: Array, other: Array, low: Array, high: Array):
+    """What is to be done with a cell, for all 1/K between k and the other."""
+    mine = take(opened, lane)
+    middle, half = (low + high) / 2, (high - low) / 2
+
+    def term(mode: Loops) -> tuple[Array, ...]:
+        over = bounds_of_mode(mode, level, middle, half)
+        return *value_of_mode(mode, level, middle), over.value, over.slope
+
+    real, imaginary, most, steepest = over_modes(term, mine.loops, (level,) * 4)
+    modulus = jnp.sqrt(jnp.square(real) + jnp.square(imaginary))
+    change = steepest * half
+    present, delayed = jnp.abs(mine.present), jnp.abs(mine.delayed) * scale
+    across, along = mine.present * imaginary, mine.present * real
+    nearest = _beyond(across, along, k, other) - present * change
+    farthest = jnp.hypot(across, jnp.maximum(jnp.abs(along - k), jnp.abs(along - other))) + present * change
+    quiet = delayed * jnp.minimum(modulus + change, most) < nearest
+    # The rest keeps its phase to within half a turn.
+    steady = jnp.hypot(across, along - k) > present * change
+    loud = steady & (delayed * (modulus - change) > farthest)
+    # e^{−z} in the middle.
+    cosine, sine = scale * jnp.cos(middle), -scale * jnp.sin(middle)
+    before_real, before_imaginary = mine.present + mine.delayed * cosine, mine.delayed * sine
+    whole = jnp.minimum(jnp.hypot(before_real, before_imaginary) + delayed * half, present + delayed)
+    moved = half * (delayed * jnp.minimum(most, modulus + change) + whole * steepest)
+    loop_real = before_real * real - before_imaginary * imaginary
+    loop_imaginary = before_real * imaginary + before_imaginary * real
+    # −L is what misses the interval.
+    clear = steady & (_beyond(loop_imaginary, loop_real, k, other) > moved)
+    code = jnp.where(quiet, _DONE, jnp.where(loud, _LOUD, jnp.where(clear, _CLEAR, _SPLIT)))
+    return (code.astype(jnp.int8),)
+
+
+@jax.jit
+def _passed(opened: Open, lane: Array, level: Array, scale: Array, k: Array, low: Array, high: Array, loud: Array):
+    """How often w passes the real axis beyond 1 downwards in a cell, at 1/K = k."""
+    mine = take(opened, lane)
+
+    def term(mode: Loops) -> tuple[Array, ...]:
+        return *value_of_mode(mode, level, low), *value_of_mode(mode, level, high)
+
+    a, b, c, d = over_modes(term, mine.loops, (level,) * 4)
+    # Nothing but rounding on the real axis, where its sign would be counted.
+    begin, end = jax.lax.complex(a, jnp.where(low == 0, 0.0, b)), jax.lax.complex(c, d)
+    rest = [k - mine.present * h for h in (begin, end)]
+    delayed = [mine.delayed * scale * h * jnp.exp(-1j * y) for h, y in ((begin, low), (end, high))]
+    whole = [r - d for r, d in zip(rest, delayed, strict=True)]
+
+    def angle(pair: list[Array]) -> Array:
+        """From the first to the second, by less than π."""
+        return jnp.angle(pair[1] * pair[0].conj())
+
+    # The argument of 1 − w, followed, and as the principal value has it.
+    opening = angle(rest)
+    by_delay = angle([begin, end]) - (high - low) + angle([w * d.conj() for w, d in zip(whole, delayed, strict=True)])
+    turned = jnp.where(loud, by_delay, angle(whole)) - opening
+    before, after = (jnp.angle(w * r.conj()) for w, r in zip(whole, rest, strict=True))
+    before = jnp.where((low == 0) & (jnp.abs(before) > jnp.pi / 2), -jnp.pi, before)
+    return (-jnp.round((turned - (after - before)) / (2 * jnp.pi)).astype(int),)
