@@ -15,8 +15,6 @@ Array = Any
 _NARROWEST = 1e-14
 _ROUNDS = 100
 _MOST = 2**21
-# Modes summed without a loop in between.
-_UNROLLED = 8
 
 
 class Cells(NamedTuple):
@@ -36,12 +34,15 @@ class Bounds(NamedTuple):
 
 
 def over_modes(term: Callable[[Loops], Any], loops: Loops, like: Any) -> Any:
-    """Sums over the modes of what ``term`` gives, a tree of the shapes of ``like``."""
+    """Sums over the modes of what ``term`` gives, a tree of the shapes of ``like``.
+
+    By a loop: without one the compiler computes the sums again for each of their uses.
+    """
 
     def add(sums: Any, mode: Loops) -> tuple[Any, None]:
         return jax.tree.map(jnp.add, sums, term(mode)), None
 
-    return jax.lax.scan(add, jax.tree.map(jnp.zeros_like, like), loops, unroll=_UNROLLED)[0]
+    return jax.lax.scan(add, jax.tree.map(jnp.zeros_like, like), loops)[0]
 
 
 def bounds_of_mode(mode: Loops, level: Array, middle: Array, half: Array) -> Bounds:

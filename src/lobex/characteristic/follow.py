@@ -14,9 +14,9 @@ from lobex.characteristic.strips import Open
 
 Array = Any
 
-_STEPS = 3
+_STEPS = 2
 # Of Newton's last step, which the next one would square.
-_CONVERGED = 1e-7
+_CONVERGED = 1e-6
 
 
 def follow(on_device: Open, lane: Array, gains: Array, start: Array) -> Array:

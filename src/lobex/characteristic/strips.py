@@ -33,6 +33,10 @@ class Open(NamedTuple):
     delayed: Array
     loops: Loops
 
+    def filled(self) -> "Open":
+        """With modes that add nothing, up to one of a few numbers of them, for which programs are compiled."""
+        return self._replace(loops=self.loops.filled())
+
 
 class Strips(NamedTuple):
     """Each (k,): the number of the lane, x, and the gains of smallest and of largest modulus, of one sign."""
