@@ -1,4 +1,4 @@
-"""Parts of lines Re z = x, halved until a bound decides each of them."""
+"""Parts of lines Re z = x, divided until a bound decides each of them."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -14,15 +14,33 @@ Array = Any
 # A cell that is no wider than rounding is taken as what it is in its middle.
 _NARROWEST = 1e-14
 _ROUNDS = 100
-_MOST = 2**21
+_MOST = 2**19
+# That an undecided cell is divided into.
+PARTS = 4
 
 
 class Cells(NamedTuple):
-    """Each (c,): the number of the line, and where the part begins and ends."""
+    """Parts of lines, (c, PARTS): those of a row follow each other, and what is fetched for a line serves all of them.
+
+    Attributes:
+        line: its number, (c,).
+        low: where each part begins.
+        high: where it ends.
+    """
 
     line: Array
     low: Array
     high: Array
+
+    def at(self, row: Array, part: Array) -> tuple[Array, Array, Array]:
+        """Single ones, each (k,)."""
+        return self.line[row], self.low[row, part], self.high[row, part]
+
+
+def divided(line: Array, low: Array, high: Array) -> Cells:
+    """Intervals (c,) cut into equal parts."""
+    inner = low[:, None] + (high - low)[:, None] * (np.arange(1, PARTS) / PARTS)
+    return Cells(line, np.column_stack([low, inner]), np.column_stack([inner, high]))
 
 
 class Bounds(NamedTuple):
@@ -93,20 +111,17 @@ def first_cells(loops: Loops, level: Array, least: Array) -> Cells:
     low, high = edges[:-1].T.ravel(), edges[1:].T.ravel()
     line = np.repeat(np.arange(len(level)), len(edges) - 1)
     kept = high > low
-    return Cells(line[kept], low[kept], high[kept])
+    return divided(line[kept], low[kept], high[kept])
 
 
 def decide(cells: Cells, look: Callable[[Cells], Array], lines: int, rounds: int = _ROUNDS) -> Array:
-    """Halve the cells that ``look`` is undecided about, until it is about none; whether each line is decided."""
+    """Divide the cells that ``look`` is undecided about, (c, PARTS), until it is about none; whether each line is."""
     decided = np.ones(lines, dtype=bool)
     for _ in range(rounds):
         if not len(cells.line):
             return decided
         if len(cells.line) > _MOST:
             break
-        undecided = np.flatnonzero(look(cells))
-        line, low, high = (part[undecided] for part in cells)
-        middle = (low + high) / 2
-        cells = Cells(*map(np.concatenate, ((line, line), (low, middle), (middle, high))))
+        cells = divided(*cells.at(*np.nonzero(look(cells))))
     decided[cells.line] = False
     return decided

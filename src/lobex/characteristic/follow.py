@@ -15,8 +15,8 @@ from lobex.characteristic.strips import Open
 Array = Any
 
 _STEPS = 2
-# Of Newton's last step, which the next one would square.
-_CONVERGED = 1e-6
+# What is left of the distance from a root.
+_CONVERGED = 1e-7
 
 
 def follow(on_device: Open, lane: Array, gains: Array, start: Array) -> Array:
@@ -58,10 +58,13 @@ def _follow(opened: Open, lane: Array, gains: Array, start: Array) -> tuple[Arra
 
         def improve(_: int, state: tuple[Array, ...]) -> tuple[Array, ...]:
             step, rate, size = look(state[0], 1 / gain)
-            return state[0] + step, rate, size
+            return state[0] + step, rate, state[3], size
 
-        z, rate, size = jax.lax.fori_loop(0, _STEPS, improve, (z, rate, jnp.abs(z)))
-        kept = jnp.where(size < _CONVERGED * (1 + jnp.abs(z)), z, jnp.nan)
+        none = jnp.abs(z)
+        z, rate, first, last = jax.lax.fori_loop(0, _STEPS, improve, (z, rate, none, none))
+        # The next step would be to the last one squared as that is to the first one squared.
+        least = _CONVERGED * (1 + jnp.abs(z))
+        kept = jnp.where((last**3 < least * jnp.square(first)) | (last < _CONVERGED**2), z, jnp.nan)
         return (z, rate, gain), kept
 
     _, rate, _ = look(start, 1 / gains[:, 0])

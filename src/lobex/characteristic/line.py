@@ -58,17 +58,17 @@ def roots_beyond(loops: Loops, on_device: Any, lane: Array, level: Array) -> Cou
     found: list[tuple[Array, ...]] = []
 
     def look(cells: Cells) -> Array:
-        owner = lane[cells.line]
-        arrays = owner, level[cells.line], size[cells.line], cells.low, cells.high
+        arrays = lane[cells.line], level[cells.line], size[cells.line], cells.low, cells.high
         code, turn, height = in_batches(partial(_look, on_device), arrays)
-        loud = np.flatnonzero(code == _LOUD)
-        if len(loud):
-            line, low, high = (part[loud] for part in cells)
-            (passed,) = in_batches(partial(_passed, on_device), (owner[loud], level[line], low, high))
+        loud = np.nonzero(code == _LOUD)
+        if len(loud[0]):
+            line, low, high = cells.at(*loud)
+            (passed,) = in_batches(partial(_passed, on_device), (lane[line], level[line], low, high))
             np.add.at(number, line, 2 * passed)
             hit = np.flatnonzero(passed)
             line, low, high = line[hit], low[hit], high[hit]
-            found.append((line, np.clip((low + high) / 2 + turn[loud[hit]], low, high), height[loud[hit]]))
+            place = np.clip((low + high) / 2 + turn[loud][hit], low, high)
+            found.append((line, place, height[loud][hit]))
         return code == _SPLIT
 
     with np.errstate(all="ignore"):
@@ -99,8 +99,9 @@ def _places(found: list[tuple[Array, ...]], level: Array, beyond_one: Array) -> 
 
 @jax.jit
 def _look(loops: Loops, lane: Array, level: Array, scale: Array, low: Array, high: Array) -> tuple[Array, ...]:
-    """What is to be done with a cell; how far w in its middle is turned from the real axis, rad; and |w| there."""
+    """What is to be done with cells; how far w in their middles is turned from the real axis, rad; and |w| there."""
     mine = take(loops, lane)
+    low, high = low.T, high.T
     middle, half = (low + high) / 2, (high - low) / 2
     mine = mine._replace(first=mine.first * scale, constant=mine.constant * scale)
 
@@ -108,7 +109,7 @@ def _look(loops: Loops, lane: Array, level: Array, scale: Array, low: Array, hig
         over = bounds_of_mode(mode, level, middle, half)
         return *value_of_mode(mode, level, middle), over.value, over.slope
 
-    real, imaginary, most, steepest = over_modes(term, mine, (level,) * 4)
+    real, imaginary, most, steepest = over_modes(term, mine, (low,) * 4)
     size = jnp.sqrt(jnp.square(real) + jnp.square(imaginary))
     change = steepest * half
     phase = jnp.arctan2(imaginary, real) - middle
@@ -120,7 +121,7 @@ def _look(loops: Loops, lane: Array, level: Array, scale: Array, low: Array, hig
     apart = (share < 1) & (jnp.abs(turn) > half + share + (jnp.pi / 2 - 1) * share**3)
     loud = (size - change > 1) | smallest
     code = jnp.where(quiet | apart, _DONE, jnp.where(loud, _LOUD, _SPLIT))
-    return code.astype(jnp.int8), turn, size
+    return code.astype(jnp.int8).T, turn.T, size.T
 
 
 @jax.jit

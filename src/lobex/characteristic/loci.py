@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from lobex.characteristic.climb import climb
+from lobex.characteristic.climb import climb, newton
 from lobex.characteristic.closed_loop import Loops
 from lobex.characteristic.follow import follow
 from lobex.characteristic.lanes import on_device
+from lobex.characteristic.peaks import likely_roots
 from lobex.characteristic.strips import Open, Strips, roots_over
 
 Array = Any
@@ -21,10 +22,10 @@ Array = Any
 STRIDE = 32
 _FOLLOWED = 2
 # Foremost roots of a strip differ by so much at most, at first and then.
-_WIDTHS = (0.05, 0.0125)
+_WIDTHS = (0.08, 0.02, 0.005)
 # Distances of a line from the foremost root of its strip, in widths.
 _APART = np.array([0.15, 0.3, 0.5, 0.75, 1.0, 1.4])
-_SAME = 1e-7
+_SAME = 1e-6
 _REAL = 1e-9
 
 
@@ -40,7 +41,7 @@ def loci(opened: Open, closed: Callable[[Array, Array], Loops], gains: Array) ->
     there = on_device(opened.filled())
     coarse = np.unique(np.append(np.arange(0, count, STRIDE), count - 1))
     lane, column = (a.ravel() for a in np.meshgrid(np.arange(lanes), coarse, indexing="ij"))
-    begun = climb(closed(lane, column)).found[:, :_FOLLOWED].reshape(lanes, len(coarse), _FOLLOWED)
+    begun = _begun(closed(lane, column)).reshape(lanes, len(coarse), _FOLLOWED)
     hand = _followed(there, begun, coarse, gains)
     proven = np.zeros((lanes, count), dtype=bool)
     for width in _WIDTHS:
@@ -61,6 +62,20 @@ def foremost(hand: Array) -> Array:
 
 def _real(z: Array) -> Array:
     return np.where(np.isnan(z.real), -np.inf, z.real)
+
+
+def _begun(loops: Loops) -> Array:
+    """The foremost of the roots beside the peaks of |M|, (lanes, r), NaN-filled."""
+    starts = likely_roots(loops)
+    lane, number = np.nonzero(np.isfinite(starts))
+    found, converged = newton(on_device(loops.filled()), lane, starts[lane, number])
+    root = np.full(starts.shape, np.nan + 0j)
+    root[lane[converged], number[converged]] = found[converged]
+    root = np.take_along_axis(root, np.argsort(-_real(root), axis=1), axis=1)
+    with np.errstate(invalid="ignore"):
+        again = np.abs(np.diff(root, axis=1, prepend=np.nan)) < _SAME * (1 + np.abs(root))
+    root = np.where(again, np.nan, root)
+    return np.take_along_axis(root, np.argsort(-_real(root), axis=1)[:, :_FOLLOWED], axis=1)
 
 
 def _followed(there: Open, begun: Array, coarse: Array, gains: Array) -> Array:

@@ -22,8 +22,8 @@ from lobex.characteristic.lanes import in_batches, take
 Array = Any
 
 _DONE, _SPLIT, _LOUD, _CLEAR = 0, 1, 2, 3
-# How often a cell is halved before its strip is given up.
-_ROUNDS = 14
+# How often a cell is divided before its strip is given up.
+_ROUNDS = 7
 
 
 class Open(NamedTuple):
@@ -69,11 +69,12 @@ def roots_over(opened: Open, on_device: Open, strips: Strips, poles: Array) -> t
         line = cells.line
         arrays = lane[line], level[line], size[line], low[line], high[line], cells.low, cells.high
         (code,) = in_batches(partial(_look, on_device), arrays)
-        turning = np.flatnonzero(code >= _LOUD)
-        if len(turning):
-            part = tuple(a[turning] for a in arrays)
-            (passed,) = in_batches(partial(_passed, on_device), (*part[:4], *part[5:], code[turning] == _LOUD))
-            np.add.at(number, line[turning], 2 * passed)
+        turning = np.nonzero(code >= _LOUD)
+        if len(turning[0]):
+            line, begin, end = cells.at(*turning)
+            arrays = lane[line], level[line], size[line], low[line], begin, end, code[turning] == _LOUD
+            (passed,) = in_batches(partial(_passed, on_device), arrays)
+            np.add.at(number, line, 2 * passed)
         return code == _SPLIT
 
     least = np.abs(low) / (np.abs(mine.present) + np.abs(mine.delayed) * size)
@@ -89,15 +90,16 @@ def _beyond(distance: Array, along: Array, low: Array, high: Array) -> Array:
 
 @jax.jit
 def _look(opened: Open, lane: Array, level: Array, scale: Array, k: Array, other: Array, low: Array, high: Array):
-    """What is to be done with a cell, for all 1/K between k and the other."""
+    """What is to be done with cells, for all 1/K between k and the other."""
     mine = take(opened, lane)
+    low, high = low.T, high.T
     middle, half = (low + high) / 2, (high - low) / 2
 
     def term(mode: Loops) -> tuple[Array, ...]:
         over = bounds_of_mode(mode, level, middle, half)
         return *value_of_mode(mode, level, middle), over.value, over.slope
 
-    real, imaginary, most, steepest = over_modes(term, mine.loops, (level,) * 4)
+    real, imaginary, most, steepest = over_modes(term, mine.loops, (low,) * 4)
     modulus = jnp.sqrt(jnp.square(real) + jnp.square(imaginary))
     change = steepest * half
     present, delayed = jnp.abs(mine.present), jnp.abs(mine.delayed) * scale
@@ -111,14 +113,19 @@ def _look(opened: Open, lane: Array, level: Array, scale: Array, k: Array, other
     # e^{−z} in the middle.
     cosine, sine = scale * jnp.cos(middle), -scale * jnp.sin(middle)
     before_real, before_imaginary = mine.present + mine.delayed * cosine, mine.delayed * sine
-    whole = jnp.minimum(jnp.hypot(before_real, before_imaginary) + delayed * half, present + delayed)
-    moved = half * (delayed * jnp.minimum(most, modulus + change) + whole * steepest)
+    feedback = jnp.minimum(jnp.hypot(before_real, before_imaginary) + delayed * half, present + delayed)
+    moved = half * (delayed * jnp.minimum(most, modulus + change) + feedback * steepest)
     loop_real = before_real * real - before_imaginary * imaginary
     loop_imaginary = before_real * imaginary + before_imaginary * real
     # −L is what misses the interval.
     clear = steady & (_beyond(loop_imaginary, loop_real, k, other) > moved)
-    code = jnp.where(quiet, _DONE, jnp.where(loud, _LOUD, jnp.where(clear, _CLEAR, _SPLIT)))
-    return (code.astype(jnp.int8),)
+    # 1 − w has a positive real part in the middle, and turns by less than a quarter from there: w passes nothing.
+    rest, whole = k - along, k - loop_real
+    size, whole_size = jnp.square(rest) + jnp.square(across), jnp.square(whole) + jnp.square(loop_imaginary)
+    ahead = rest * whole + across * loop_imaginary > 0
+    apart = ahead & (jnp.square(moved) * size + jnp.square(present * change) * whole_size < size * whole_size)
+    code = jnp.where(quiet | (clear & apart), _DONE, jnp.where(loud, _LOUD, jnp.where(clear, _CLEAR, _SPLIT)))
+    return (code.astype(jnp.int8).T,)
 
 
 @jax.jit
