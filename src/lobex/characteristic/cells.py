@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex.characteristic.closed_loop import Loops
+from lobex.characteristic.function import inverse
 
 Array = Any
 
@@ -66,12 +67,13 @@ def over_modes(term: Callable[[Loops], Any], loops: Loops, like: Any) -> Any:
 def bounds_of_mode(mode: Loops, level: Array, middle: Array, half: Array) -> Bounds:
     """By the triangle inequality, from the distances of cells of Re z = ``level`` to the poles."""
 
-    def inverse_distance(pole: Array) -> Array:
+    def distance(pole: Array) -> Array:
         outside = jnp.maximum(jnp.abs(middle - pole.imag) - half, 0.0)
-        return 1 / jnp.sqrt(jnp.square(level - pole.real) + jnp.square(outside))
+        return jnp.sqrt(jnp.square(level - pole.real) + jnp.square(outside))
 
-    upper, lower = inverse_distance(mode.upper), inverse_distance(mode.lower)
-    both, either = upper * lower, upper + lower
+    upper, lower = distance(mode.upper), distance(mode.lower)
+    both = 1 / (upper * lower)
+    either = (upper + lower) * both
     first = jnp.abs(mode.first)
     top = first * (jnp.abs(level) + jnp.abs(middle) + half) + jnp.abs(mode.constant)
     return Bounds(
@@ -81,17 +83,9 @@ def bounds_of_mode(mode: Loops, level: Array, middle: Array, half: Array) -> Bou
     )
 
 
-def value_of_mode(mode: Loops, level: Array, y: Array) -> tuple[Array, Array]:
-    """M at x + jy, real and imaginary part."""
-    left, right = level - mode.upper.real, level - mode.lower.real
-    above, below = y - mode.upper.imag, y - mode.lower.imag
-    real, imaginary = left * right - above * below, left * below + right * above
-    top_real, top_imaginary = mode.first * level + mode.constant, mode.first * y
-    scale = 1 / (jnp.square(real) + jnp.square(imaginary))
-    return (
-        (top_real * real + top_imaginary * imaginary) * scale,
-        (top_imaginary * real - top_real * imaginary) * scale,
-    )
+def value_of_mode(mode: Loops, z: Array) -> Array:
+    """M at z."""
+    return (mode.first * z + mode.constant) * inverse((z - mode.upper) * (z - mode.lower))
 
 
 def narrow(middle: Array, half: Array) -> Array:

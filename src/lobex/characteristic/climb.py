@@ -14,7 +14,7 @@ import numpy as np
 from lobex.characteristic.cells import over_modes
 from lobex.characteristic.closed_loop import Loops
 from lobex.characteristic.lanes import in_batches, on_device, take
-from lobex.characteristic.line import PLACES, response, roots_beyond
+from lobex.characteristic.line import PLACES, roots_beyond
 from lobex.characteristic.peaks import moved_poles, peaks
 
 Array = Any
@@ -42,11 +42,11 @@ class Climbed(NamedTuple):
 class _Search:
     """The lanes of one chunk and what is known of each: roots found, and lines with roots beyond and without."""
 
-    def __init__(self, loops: Loops, guesses: Array | None) -> None:
+    def __init__(self, loops: Loops, guesses: Array | None, apart: float) -> None:
         lanes = np.shape(loops.first)[1]
         self.loops, self.on_device = loops, on_device(loops.filled())
         self.found: Array = np.full((lanes, ROOTS), np.nan + 0j)
-        self.distance = np.full(lanes, _APART)
+        self.distance = np.full(lanes, apart)
         self.low, self.high = np.full(lanes, -np.inf), np.full(lanes, np.inf)
         self.step = np.full(lanes, 0.5)
         self.level = np.full(lanes, -np.inf)
@@ -119,9 +119,12 @@ class _Search:
         self.level[lane] = np.where(has, foremost - self.distance[lane], middle)
 
 
-def climb(loops: Loops, guesses: Array | None = None) -> Climbed:
-    """The rightmost roots of lanes (l,), from places (l, k) where roots are thought to be, NaN-filled."""
-    search = _Search(loops, guesses)
+def climb(loops: Loops, guesses: Array | None = None, apart: float = _APART) -> Climbed:
+    """The rightmost roots of lanes (l,), from places (l, k) where roots are thought to be, NaN-filled.
+
+    The first line is that far from the foremost of these.
+    """
+    search = _Search(loops, guesses, apart)
     proven = np.zeros(np.shape(loops.first)[1], dtype=bool)
     left = np.flatnonzero(np.all(np.isfinite(loops.first), axis=0))
     for _ in range(_ROUNDS):

@@ -1,5 +1,6 @@
 """The rightmost root over a grid of speeds and gains."""
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,7 +22,8 @@ _STRIDE = 8
 _KEPT = 2
 # From so many gains on whole strips of them are proven at once; speeds of a part, and parts.
 _MANY_GAINS = 64
-_FEWEST_SPEEDS, _PARTS = 16, 8
+_FEWEST_SPEEDS, _PARTS = 16, 2.25
+_GOLDEN = (5**0.5 - 1) / 2
 
 
 class Structure(NamedTuple):
@@ -54,16 +56,14 @@ def rightmost_roots(structure: Structure, contact: Contact, gains: Array) -> tup
     shape = len(structure.delay), len(gains)
     row, column = np.indices(shape)
     if shape[1] >= _MANY_GAINS and shape[0] * shape[1] >= LANES:
-        root, proven = _by_strips(structure, gains)
-    else:
-        root, proven = _from_neighbours(structure, gains)
-    return _polished(contact, row, gains[column], root, proven)
+        return _by_strips(structure, contact, gains)
+    return _polished(contact, row, gains[column], *_from_neighbours(structure, gains))
 
 
-def _by_strips(structure: Structure, gains: Array) -> tuple[Array, Array]:
-    """The rightmost roots, and whether they are proven, each (n, m)."""
+def _by_strips(structure: Structure, contact: Contact, gains: Array) -> tuple[Array, Array, Array]:
+    """As ``rightmost_roots``, by strips of neighbouring gains."""
     shape = len(structure.delay), len(gains)
-    root, proven = np.full(shape, np.nan + 0j), np.zeros(shape, dtype=bool)
+    root, error, proven = np.full(shape, np.nan + 0j), np.full(shape, np.nan), np.zeros(shape, dtype=bool)
     same = np.zeros(shape[0], dtype=int) if structure.same else np.arange(shape[0])
     one = same[: 1 if structure.same else None]
     drift, inputs, outputs = (part[one] for part in structure[:3])
@@ -71,16 +71,23 @@ def _by_strips(structure: Structure, gains: Array) -> tuple[Array, Array]:
     opened = Open(structure.present, structure.delayed, loops)
     shared = _closed(structure, np.zeros(len(gains), dtype=int), gains) if structure.same else None
 
-    def work(index: Array) -> None:
+    # Neighbours take as long as each other: each part gets some of all.
+    order = np.argsort(np.arange(shape[0]) * _GOLDEN % 1)
+
+    def work(part: Array) -> None:
+        index = order[part]
+
         def closed(lane: Array, column: Array) -> Loops:
             row = index[lane]
             loops = _closed(structure, row, gains[column]) if shared is None else take(shared, column)
             return loops.at_delay(structure.delay[row])
 
-        root[index], proven[index] = loci(take(opened, index), closed, gains)
+        row, column = np.meshgrid(index, np.arange(shape[1]), indexing="ij")
+        results = _polished(contact, row, gains[column], *loci(take(opened, index), closed, gains))
+        root[index], error[index], proven[index] = results
 
-    in_chunks(work, shape[0], max(_FEWEST_SPEEDS, -(-shape[0] // _PARTS)))
-    return root, proven
+    in_chunks(work, shape[0], max(_FEWEST_SPEEDS, math.ceil(shape[0] / _PARTS)))
+    return root, error, proven
 
 
 def _from_neighbours(structure: Structure, gains: Array) -> tuple[Array, Array]:

@@ -22,7 +22,9 @@ def in_batches(function: Any, arrays: tuple[Array, ...]) -> tuple[Array, ...]:
     while start < count or not parts:
         size = next((s for s in _SIZES if _FEW * s >= count - start), _SIZES[-1])
         part = [a[start : start + size] for a in arrays]
-        filled = (np.resize(a, (size, *a.shape[1:])) if count else np.zeros((size, *a.shape[1:]), a.dtype) for a in part)
+        filled = (
+            np.resize(a, (size, *a.shape[1:])) if count else np.zeros((size, *a.shape[1:]), a.dtype) for a in part
+        )
         parts.append((len(part[0]), function(*filled)))
         start += size
     # All are begun before the first is waited for.

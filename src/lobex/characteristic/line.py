@@ -105,14 +105,16 @@ def _look(loops: Loops, lane: Array, level: Array, scale: Array, low: Array, hig
     middle, half = (low + high) / 2, (high - low) / 2
     mine = mine._replace(first=mine.first * scale, constant=mine.constant * scale)
 
+    z = jax.lax.complex(jnp.broadcast_to(level, low.shape), middle)
+
     def term(mode: Loops) -> tuple[Array, ...]:
         over = bounds_of_mode(mode, level, middle, half)
-        return *value_of_mode(mode, level, middle), over.value, over.slope
+        return value_of_mode(mode, z), over.value, over.slope
 
-    real, imaginary, most, steepest = over_modes(term, mine, (low,) * 4)
-    size = jnp.sqrt(jnp.square(real) + jnp.square(imaginary))
+    value, most, steepest = over_modes(term, mine, (z, low, low))
+    size = jnp.sqrt(jnp.square(value.real) + jnp.square(value.imag))
     change = steepest * half
-    phase = jnp.arctan2(imaginary, real) - middle
+    phase = jnp.arctan2(value.imag, value.real) - middle
     turn = phase - 2 * jnp.pi * jnp.round(phase / (2 * jnp.pi))
     smallest = narrow(middle, half)
     quiet = (jnp.minimum(most, size + change) < 1) | (smallest & (size <= 1))
@@ -128,16 +130,14 @@ def _look(loops: Loops, lane: Array, level: Array, scale: Array, low: Array, hig
 def _passed(loops: Loops, lane: Array, level: Array, low: Array, high: Array) -> tuple[Array]:
     """How often w passes the real axis beyond 1 downwards, in a cell where |w| > 1 and M turns by less than π."""
     mine = take(loops, lane)
+    places = jax.lax.complex(level, low), jax.lax.complex(level, high)
 
     def term(mode: Loops) -> tuple[Array, ...]:
-        return *value_of_mode(mode, level, low), *value_of_mode(mode, level, high)
+        return tuple(value_of_mode(mode, z) for z in places)
 
-    real, imaginary, other_real, other_imaginary = over_modes(term, mine, (level,) * 4)
-    # On the real axis M is real: an ulp of fused products below it would be a whole turn.
-    imaginary = jnp.where(low > 0, imaginary, 0.0)
-    begin, end = jnp.arctan2(imaginary, real) - low, jnp.arctan2(other_imaginary, other_real) - high
-    begin, end = jnp.mod(begin, 2 * jnp.pi), jnp.mod(end, 2 * jnp.pi)
-    swing = jnp.arctan2(
-        other_imaginary * real - other_real * imaginary, other_real * real + other_imaginary * imaginary
-    )
+    first, last = over_modes(term, mine, places)
+    # Nothing but rounding on the real axis, where its sign would be counted.
+    first = jax.lax.complex(first.real, jnp.where(low == 0, 0.0, first.imag))
+    begin, end = jnp.mod(jnp.angle(first) - low, 2 * jnp.pi), jnp.mod(jnp.angle(last) - high, 2 * jnp.pi)
+    swing = jnp.angle(last * first.conj())
     return (jnp.round((end - begin - swing + (high - low)) / (2 * jnp.pi)).astype(int),)

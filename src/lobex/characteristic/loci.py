@@ -49,7 +49,7 @@ def loci(opened: Open, closed: Callable[[Array, Array], Loops], gains: Array) ->
     root = foremost(hand)
     row, column = np.nonzero(~proven)
     if len(row):
-        climbed = climb(closed(row, column), hand[row, column])
+        climbed = climb(closed(row, column), hand[row, column], _WIDTHS[-1])
         root[row, column], proven[row, column] = climbed.found[:, 0], climbed.proven
     return root, proven
 
@@ -111,7 +111,7 @@ def _prove(
     row, column = np.nonzero(left)
     if not len(row):
         return
-    strip = _strips(ahead, gains, width)[row, column] 
+    strip = _strips(ahead, gains, width)[row, column]
     new = np.ones(len(row), dtype=bool)
     new[1:] = (np.diff(row) != 0) | (np.diff(strip) != 0)
     begin, number = np.flatnonzero(new), np.cumsum(new) - 1
@@ -148,7 +148,7 @@ def _levels(real: Array, begin: Array, end: Array, width: float) -> Array:
 
 
 def _in_hand(hand: Array, level: Array) -> Array:
-    """How many roots of the points (k, r) lie beyond the levels (k,); a pair counts twice, and what is twice there once."""
+    """How many different roots of the points (k, r) lie beyond the levels (k,); a pair counts twice."""
     size = 1 + np.abs(hand)
     with np.errstate(invalid="ignore"):
         counted = np.where(np.abs(hand.imag) > _REAL * size, 2, 1) * (hand.real > level[:, None])

@@ -32,8 +32,7 @@ def moved_poles(loops: Loops) -> tuple[Array, Array]:
         with np.errstate(all="ignore"):
             # M = r/(z − π) + rest.
             at_pole, at_partner = (
-                (loops.first[mode] * z + loops.constant[mode]) / (z - o)
-                for z, o in ((pole, partner), (partner, pole))
+                (loops.first[mode] * z + loops.constant[mode]) / (z - o) for z, o in ((pole, partner), (partner, pole))
             )
             terms = (loops.first * pole + loops.constant) / ((pole - loops.upper) * (pole - loops.lower))
             rest = np.sum(np.delete(terms, mode, axis=0), axis=0) + at_partner / (pole - partner)

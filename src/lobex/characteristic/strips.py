@@ -17,6 +17,7 @@ import numpy as np
 
 from lobex.characteristic.cells import Cells, bounds_of_mode, decide, first_cells, over_modes, value_of_mode
 from lobex.characteristic.closed_loop import Loops
+from lobex.characteristic.function import decaying
 from lobex.characteristic.lanes import in_batches, take
 
 Array = Any
@@ -61,18 +62,21 @@ def roots_over(opened: Open, on_device: Open, strips: Strips, poles: Array) -> t
     with np.errstate(all="ignore"):
         size = np.exp(-level)
         low, high = 1 / strips.strongest, 1 / strips.weakest
-        at = np.sum((mine.loops.first * level + mine.loops.constant)
-                    / ((level - mine.loops.upper) * (level - mine.loops.lower)), axis=0).real
+        at = np.sum(
+            (mine.loops.first * level + mine.loops.constant)
+            / ((level - mine.loops.upper) * (level - mine.loops.lower)),
+            axis=0,
+        ).real
         number = poles - (mine.delayed * size * at / (low - mine.present * at) > 1)
 
     def look(cells: Cells) -> Array:
         line = cells.line
-        arrays = lane[line], level[line], size[line], low[line], high[line], cells.low, cells.high
+        arrays = lane[line], level[line], low[line], high[line], cells.low, cells.high
         (code,) = in_batches(partial(_look, on_device), arrays)
         turning = np.nonzero(code >= _LOUD)
         if len(turning[0]):
             line, begin, end = cells.at(*turning)
-            arrays = lane[line], level[line], size[line], low[line], begin, end, code[turning] == _LOUD
+            arrays = lane[line], level[line], low[line], begin, end, code[turning] == _LOUD
             (passed,) = in_batches(partial(_passed, on_device), arrays)
             np.add.at(number, line, 2 * passed)
         return code == _SPLIT
@@ -89,58 +93,57 @@ def _beyond(distance: Array, along: Array, low: Array, high: Array) -> Array:
 
 
 @jax.jit
-def _look(opened: Open, lane: Array, level: Array, scale: Array, k: Array, other: Array, low: Array, high: Array):
+def _look(opened: Open, lane: Array, level: Array, k: Array, other: Array, low: Array, high: Array) -> tuple[Array]:
     """What is to be done with cells, for all 1/K between k and the other."""
     mine = take(opened, lane)
     low, high = low.T, high.T
     middle, half = (low + high) / 2, (high - low) / 2
+    z = jax.lax.complex(jnp.broadcast_to(level, low.shape), middle)
 
     def term(mode: Loops) -> tuple[Array, ...]:
         over = bounds_of_mode(mode, level, middle, half)
-        return *value_of_mode(mode, level, middle), over.value, over.slope
+        return value_of_mode(mode, z), over.value, over.slope
 
-    real, imaginary, most, steepest = over_modes(term, mine.loops, (low,) * 4)
-    modulus = jnp.sqrt(jnp.square(real) + jnp.square(imaginary))
+    value, most, steepest = over_modes(term, mine.loops, (z, low, low))
+    modulus = jnp.abs(value)
     change = steepest * half
-    present, delayed = jnp.abs(mine.present), jnp.abs(mine.delayed) * scale
-    across, along = mine.present * imaginary, mine.present * real
+    present, delayed = jnp.abs(mine.present), jnp.abs(mine.delayed) * jnp.exp(-level)
+    across, along = mine.present * value.imag, mine.present * value.real
     nearest = _beyond(across, along, k, other) - present * change
     farthest = jnp.hypot(across, jnp.maximum(jnp.abs(along - k), jnp.abs(along - other))) + present * change
     quiet = delayed * jnp.minimum(modulus + change, most) < nearest
     # The rest keeps its phase to within half a turn.
     steady = jnp.hypot(across, along - k) > present * change
     loud = steady & (delayed * (modulus - change) > farthest)
-    # e^{−z} in the middle.
-    cosine, sine = scale * jnp.cos(middle), -scale * jnp.sin(middle)
-    before_real, before_imaginary = mine.present + mine.delayed * cosine, mine.delayed * sine
-    feedback = jnp.minimum(jnp.hypot(before_real, before_imaginary) + delayed * half, present + delayed)
-    moved = half * (delayed * jnp.minimum(most, modulus + change) + feedback * steepest)
-    loop_real = before_real * real - before_imaginary * imaginary
-    loop_imaginary = before_real * imaginary + before_imaginary * real
+    feedback = mine.present + mine.delayed * decaying(z)
+    loop = feedback * value
+    nearby = jnp.minimum(jnp.abs(feedback) + delayed * half, present + delayed)
+    moved = half * (delayed * jnp.minimum(most, modulus + change) + nearby * steepest)
     # −L is what misses the interval.
-    clear = steady & (_beyond(loop_imaginary, loop_real, k, other) > moved)
+    clear = steady & (_beyond(loop.imag, loop.real, k, other) > moved)
     # 1 − w has a positive real part in the middle, and turns by less than a quarter from there: w passes nothing.
-    rest, whole = k - along, k - loop_real
-    size, whole_size = jnp.square(rest) + jnp.square(across), jnp.square(whole) + jnp.square(loop_imaginary)
-    ahead = rest * whole + across * loop_imaginary > 0
+    rest, whole = k - along, k - loop.real
+    size, whole_size = jnp.square(rest) + jnp.square(across), jnp.square(whole) + jnp.square(loop.imag)
+    ahead = rest * whole + across * loop.imag > 0
     apart = ahead & (jnp.square(moved) * size + jnp.square(present * change) * whole_size < size * whole_size)
     code = jnp.where(quiet | (clear & apart), _DONE, jnp.where(loud, _LOUD, jnp.where(clear, _CLEAR, _SPLIT)))
     return (code.astype(jnp.int8).T,)
 
 
 @jax.jit
-def _passed(opened: Open, lane: Array, level: Array, scale: Array, k: Array, low: Array, high: Array, loud: Array):
+def _passed(opened: Open, lane: Array, level: Array, k: Array, low: Array, high: Array, loud: Array) -> tuple[Array]:
     """How often w passes the real axis beyond 1 downwards in a cell, at 1/K = k."""
     mine = take(opened, lane)
+    places = jax.lax.complex(level, low), jax.lax.complex(level, high)
 
     def term(mode: Loops) -> tuple[Array, ...]:
-        return *value_of_mode(mode, level, low), *value_of_mode(mode, level, high)
+        return tuple(value_of_mode(mode, z) for z in places)
 
-    a, b, c, d = over_modes(term, mine.loops, (level,) * 4)
+    begin, end = over_modes(term, mine.loops, places)
     # Nothing but rounding on the real axis, where its sign would be counted.
-    begin, end = jax.lax.complex(a, jnp.where(low == 0, 0.0, b)), jax.lax.complex(c, d)
+    begin = jax.lax.complex(begin.real, jnp.where(low == 0, 0.0, begin.imag))
     rest = [k - mine.present * h for h in (begin, end)]
-    delayed = [mine.delayed * scale * h * jnp.exp(-1j * y) for h, y in ((begin, low), (end, high))]
+    delayed = [mine.delayed * h * decaying(z) for h, z in zip((begin, end), places, strict=True)]
     whole = [r - d for r, d in zip(rest, delayed, strict=True)]
 
     def angle(pair: list[Array]) -> Array:
