@@ -22,7 +22,7 @@ _STRIDE = 8
 _KEPT = 2
 # From so many gains on whole strips of them are proven at once; speeds of a part, and parts.
 _MANY_GAINS = 64
-_FEWEST_SPEEDS, _PARTS = 16, 2.25
+_FEWEST_SPEEDS, _PARTS, _MOST_POINTS = 16, 2.25, 2**17
 _GOLDEN = (5**0.5 - 1) / 2
 
 
@@ -86,8 +86,13 @@ def _by_strips(structure: Structure, contact: Contact, gains: Array) -> tuple[Ar
         results = _polished(contact, row, gains[column], *loci(take(opened, index), closed, gains))
         root[index], error[index], proven[index] = results
 
-    in_chunks(work, shape[0], max(_FEWEST_SPEEDS, math.ceil(shape[0] / _PARTS)))
+    in_chunks(work, shape[0], _speeds_of_a_part(shape))
     return root, error, proven
+
+
+def _speeds_of_a_part(shape: tuple[int, int]) -> int:
+    """So that each of the threads has one part after the first, or more if they would become too large."""
+    return max(_FEWEST_SPEEDS, min(math.ceil(shape[0] / _PARTS), _MOST_POINTS // shape[1]))
 
 
 def _from_neighbours(structure: Structure, gains: Array) -> tuple[Array, Array]:
