@@ -21,7 +21,7 @@ _STRIDE = 8
 # Roots of a neighbour that are begun with.
 _KEPT = 2
 # From so many gains on whole strips of them are proven at once; speeds of a part, and parts.
-_MANY_GAINS = 64
+_MANY_GAINS, _MANY_POINTS = 64, 4096
 _FEWEST_SPEEDS, _PARTS, _MOST_POINTS = 16, 2.25, 2**17
 _GOLDEN = (5**0.5 - 1) / 2
 
@@ -55,7 +55,7 @@ def rightmost_roots(structure: Structure, contact: Contact, gains: Array) -> tup
     """The rightmost roots z, Im z ≥ 0, their errors, and whether they are proven, each (n, m), for gains (m,) ≠ 0."""
     shape = len(structure.delay), len(gains)
     row, column = np.indices(shape)
-    if shape[1] >= _MANY_GAINS and shape[0] * shape[1] >= LANES:
+    if shape[1] >= _MANY_GAINS and shape[0] * shape[1] >= _MANY_POINTS:
         return _by_strips(structure, contact, gains)
     return _polished(contact, row, gains[column], *_from_neighbours(structure, gains))
 

@@ -18,9 +18,9 @@ from lobex.characteristic.strips import Open, Strips, roots_over
 
 Array = Any
 
-# Every so many gains are looked at from scratch, and so many of their roots are followed.
+# Every so many gains are looked at from scratch, and so many of their roots are followed upwards, and downwards.
 STRIDE = 32
-_FOLLOWED = 2
+_UPWARDS, _DOWNWARDS = 2, 1
 # Foremost roots of a strip differ by so much at most, at first and then.
 _WIDTHS = (0.08, 0.02, 0.005)
 # Distances of a line from the foremost root of its strip, in widths.
@@ -41,7 +41,7 @@ def loci(opened: Open, closed: Callable[[Array, Array], Loops], gains: Array) ->
     there = on_device(opened.filled())
     coarse = np.unique(np.append(np.arange(0, count, STRIDE), count - 1))
     lane, column = (a.ravel() for a in np.meshgrid(np.arange(lanes), coarse, indexing="ij"))
-    begun = _begun(closed(lane, column)).reshape(lanes, len(coarse), _FOLLOWED)
+    begun = _begun(closed(lane, column)).reshape(lanes, len(coarse), _UPWARDS)
     hand = _followed(there, begun, coarse, gains)
     proven = np.zeros((lanes, count), dtype=bool)
     for width in _WIDTHS:
@@ -75,24 +75,26 @@ def _begun(loops: Loops) -> Array:
     with np.errstate(invalid="ignore"):
         again = np.abs(np.diff(root, axis=1, prepend=np.nan)) < _SAME * (1 + np.abs(root))
     root = np.where(again, np.nan, root)
-    return np.take_along_axis(root, np.argsort(-_real(root), axis=1)[:, :_FOLLOWED], axis=1)
+    return np.take_along_axis(root, np.argsort(-_real(root), axis=1)[:, :_UPWARDS], axis=1)
 
 
 def _followed(there: Open, begun: Array, coarse: Array, gains: Array) -> Array:
-    """Roots at every gain, followed from those at the coarse ones (n, c, r) on either side: (n, m, 2r), NaN-filled."""
+    """Roots at every gain, followed from those at the coarse ones (n, c, r) on either side: (n, m, h), NaN-filled."""
     lanes, count = len(begun), len(gains)
-    hand = np.full((lanes, count, 2 * _FOLLOWED), np.nan + 0j)
-    hand[:, coarse, :_FOLLOWED] = begun
+    hand = np.full((lanes, count, _UPWARDS + _DOWNWARDS), np.nan + 0j)
+    hand[:, coarse, :_UPWARDS] = begun
     step = np.arange(STRIDE)
-    ways = (coarse[:-1], coarse[:-1, None] + step), (coarse[1:], coarse[1:, None] - step)
-    for side, (begin, path) in enumerate(ways):
+    upwards, downwards = coarse[:-1, None] + step, coarse[1:, None] - step
+    for path, starts, first in (
+        (upwards, begun[:, :-1], 0),
+        (downwards, begun[:, 1:, :_DOWNWARDS], _UPWARDS),
+    ):
         path = np.clip(path, 0, count - 1)
         inside = (path > coarse[:-1, None]) & (path < coarse[1:, None])
-        starts = begun[:, np.searchsorted(coarse, begin)]
         lane, way, which = np.nonzero(np.isfinite(starts))
         roots = follow(there, lane, gains[path[way]], starts[lane, way, which])
         place, along = np.nonzero(inside[way][:, 1:])
-        hand[lane[place], path[way[place], along + 1], side * _FOLLOWED + which[place]] = roots[place, along]
+        hand[lane[place], path[way[place], along + 1], first + which[place]] = roots[place, along]
     return hand.real + 1j * np.abs(hand.imag)
 
 
