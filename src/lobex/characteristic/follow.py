@@ -17,6 +17,8 @@ Array = Any
 _STEPS = 2
 # What is left of the distance from a root.
 _CONVERGED = 1e-7
+# Of batches.
+_SIZE = (512,)
 
 
 def follow(on_device: Open, lane: Array, gains: Array, start: Array) -> Array:
@@ -24,7 +26,7 @@ def follow(on_device: Open, lane: Array, gains: Array, start: Array) -> Array:
 
     Each step goes along dz/d(log K), and then by Newton's method on log w with w = e^{−z} M.
     """
-    (root,) = in_batches(partial(_follow, on_device), (lane, gains, start))
+    (root,) = in_batches(partial(_follow, on_device), (lane, gains, start), _SIZE)
     return root
 
 

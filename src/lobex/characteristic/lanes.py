@@ -15,12 +15,15 @@ _SIZES = (512, 4096)
 _FEW = 4
 
 
-def in_batches(function: Any, arrays: tuple[Array, ...]) -> tuple[Array, ...]:
-    """``function(*arrays)`` over the first axis, (k, …), as NumPy arrays: the last batch is filled up with repeats."""
+def in_batches(function: Any, arrays: tuple[Array, ...], sizes: tuple[int, ...] = _SIZES) -> tuple[Array, ...]:
+    """``function(*arrays)`` over the first axis, (k, …), as NumPy arrays: the last batch is filled up with repeats.
+
+    A function that is compiled for one size alone names it.
+    """
     count = len(arrays[0])
     parts, start = [], 0
     while start < count or not parts:
-        size = next((s for s in _SIZES if _FEW * s >= count - start), _SIZES[-1])
+        size = next((s for s in sizes if _FEW * s >= count - start), sizes[-1])
         part = [a[start : start + size] for a in arrays]
         filled = (
             np.resize(a, (size, *a.shape[1:])) if count else np.zeros((size, *a.shape[1:]), a.dtype) for a in part

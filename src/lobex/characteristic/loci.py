@@ -47,10 +47,11 @@ def loci(opened: Open, closed: Callable[[Array, Array], Loops], gains: Array) ->
     for width in _WIDTHS:
         _prove(opened, there, closed, gains, hand, proven, width)
     root = foremost(hand)
-    row, column = np.nonzero(~proven)
-    if len(row):
-        climbed = climb(closed(row, column), hand[row, column], _WIDTHS[-1])
-        root[row, column], proven[row, column] = climbed.found[:, 0], climbed.proven
+    for apart, known in ((_WIDTHS[-1], True), (_WIDTHS[0], False)):
+        row, column = np.nonzero(~proven)
+        if len(row):
+            climbed = climb(closed(row, column), hand[row, column] if known else None, apart)
+            root[row, column], proven[row, column] = climbed.found[:, 0], climbed.proven
     return root, proven
 
 

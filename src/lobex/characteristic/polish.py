@@ -56,6 +56,8 @@ def _polish(contacts: Contact, lane: Array, gain: Array, z: Array) -> tuple[Arra
     z = z - first
     value, slope, rounding = rest(z)
     second = value / slope
-    error = jnp.abs(second) + _ULPS * jnp.finfo(gain.dtype).eps * rounding / jnp.abs(slope)
+    # A third step would be less by more than the second is less than the first.
+    share = jnp.minimum(jnp.abs(second) / jnp.maximum(jnp.abs(first), jnp.finfo(gain.dtype).tiny), 1.0)
+    error = share * jnp.abs(second) + _ULPS * jnp.finfo(gain.dtype).eps * rounding / jnp.abs(slope)
     # From a pole that is a root to rounding each step leads further.
     return z - second, error, jnp.abs(second) > _AWAY * jnp.abs(first)

@@ -25,6 +25,8 @@ Array = Any
 _DONE, _SPLIT, _LOUD, _CLEAR = 0, 1, 2, 3
 # How often a cell is divided before its strip is given up.
 _ROUNDS = 7
+# Of batches.
+_SIZE = (1024,)
 
 
 class Open(NamedTuple):
@@ -72,17 +74,18 @@ def roots_over(opened: Open, on_device: Open, strips: Strips, poles: Array) -> t
     def look(cells: Cells) -> Array:
         line = cells.line
         arrays = lane[line], level[line], low[line], high[line], cells.low, cells.high
-        (code,) = in_batches(partial(_look, on_device), arrays)
+        (code,) = in_batches(partial(_look, on_device), arrays, _SIZE)
         turning = np.nonzero(code >= _LOUD)
         if len(turning[0]):
             line, begin, end = cells.at(*turning)
             arrays = lane[line], level[line], low[line], begin, end, code[turning] == _LOUD
-            (passed,) = in_batches(partial(_passed, on_device), arrays)
+            (passed,) = in_batches(partial(_passed, on_device), arrays, _SIZE)
             np.add.at(number, line, 2 * passed)
         return code == _SPLIT
 
-    least = np.abs(low) / (np.abs(mine.present) + np.abs(mine.delayed) * size)
-    decided = decide(first_cells(mine.loops, level, least), look, len(lane), _ROUNDS)
+    with np.errstate(all="ignore"):
+        least = np.abs(low) / (np.abs(mine.present) + np.abs(mine.delayed) * size)
+        decided = decide(first_cells(mine.loops, level, least), look, len(lane), _ROUNDS)
     return number, decided
 
 
