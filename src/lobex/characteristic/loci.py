@@ -27,6 +27,8 @@ _WIDTHS = (0.08, 0.02, 0.005)
 _APART = np.array([0.15, 0.3, 0.5, 0.75, 1.0, 1.4])
 _SAME = 1e-6
 _REAL = 1e-9
+# At what no strip proves.
+_ATTEMPTS = 4
 
 
 def loci(opened: Open, closed: Callable[[Array, Array], Loops], gains: Array) -> tuple[Array, Array]:
@@ -47,11 +49,16 @@ def loci(opened: Open, closed: Callable[[Array, Array], Loops], gains: Array) ->
     for width in _WIDTHS:
         _prove(opened, there, closed, gains, hand, proven, width)
     root = foremost(hand)
-    for apart, known in ((_WIDTHS[-1], True), (_WIDTHS[0], False)):
+    for attempt in range(_ATTEMPTS):
         row, column = np.nonzero(~proven)
-        if len(row):
-            climbed = climb(closed(row, column), hand[row, column] if known else None, apart)
-            root[row, column], proven[row, column] = climbed.found[:, 0], climbed.proven
+        if not len(row):
+            break
+        sides = [np.clip(column + side, 0, count - 1) for side in (-1, 1)]
+        beside = np.stack([np.where(proven[row, side], root[row, side], np.nan) for side in sides], axis=1)
+        # At last from scratch.
+        guesses = np.concatenate([hand[row, column], beside], axis=1) if attempt < _ATTEMPTS - 1 else None
+        climbed = climb(closed(row, column), guesses, _WIDTHS[-1 if attempt == 0 else 0])
+        root[row, column], proven[row, column] = climbed.found[:, 0], climbed.proven
     return root, proven
 
 
