@@ -1,19 +1,28 @@
-"""Roots followed along the gain: where they are thought to be, which ``strips`` prove afterwards."""
+"""Roots followed along the gain: where they are thought to be, which ``loci`` proves afterwards."""
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from lobex.characteristic.cells import over_modes
+from lobex.characteristic.climb import newton
 from lobex.characteristic.closed_loop import Loops
 from lobex.characteristic.function import decaying, inverse
-from lobex.characteristic.lanes import in_batches, take
+from lobex.characteristic.lanes import in_batches, on_device, take
+from lobex.characteristic.peaks import likely_roots
 from lobex.characteristic.strips import Open
 
 Array = Any
 
+# Every so many gains are looked at from scratch, and so many of their roots are followed upwards, and downwards.
+_STRIDE = 32
+_UPWARDS, _DOWNWARDS = 2, 1
+_SAME = 1e-6
+# Of Newton's.
 _STEPS = 2
 # What is left of the distance from a root.
 _CONVERGED = 1e-7
@@ -21,12 +30,61 @@ _CONVERGED = 1e-7
 _SIZE = (512,)
 
 
-def follow(on_device: Open, lane: Array, gains: Array, start: Array) -> Array:
+def followed(there: Open, lanes: int, closed: Callable[[Array, Array], Loops], gains: Array) -> Array:
+    """Roots at every gain (m,), followed from those of coarse gains on either side: (n, m, h), NaN-filled.
+
+    Args:
+        there: the lanes, where they are computed with.
+        lanes: n, their number.
+        closed: gives the loops closed at lanes and numbers of gains.
+        gains: K.
+    """
+    count = len(gains)
+    coarse = np.unique(np.append(np.arange(0, count, _STRIDE), count - 1))
+    lane, column = (a.ravel() for a in np.meshgrid(np.arange(lanes), coarse, indexing="ij"))
+    begun = _begun(closed(lane, column)).reshape(lanes, len(coarse), _UPWARDS)
+    hand = np.full((lanes, count, _UPWARDS + _DOWNWARDS), np.nan + 0j)
+    hand[:, coarse, :_UPWARDS] = begun
+    step = np.arange(_STRIDE)
+    upwards, downwards = coarse[:-1, None] + step, coarse[1:, None] - step
+    for path, starts, first in (
+        (upwards, begun[:, :-1], 0),
+        (downwards, begun[:, 1:, :_DOWNWARDS], _UPWARDS),
+    ):
+        path = np.clip(path, 0, count - 1)
+        inside = (path > coarse[:-1, None]) & (path < coarse[1:, None])
+        lane, way, which = np.nonzero(np.isfinite(starts))
+        roots = _follow_each(there, lane, gains[path[way]], starts[lane, way, which])
+        place, along = np.nonzero(inside[way][:, 1:])
+        hand[lane[place], path[way[place], along + 1], first + which[place]] = roots[place, along]
+    return hand.real + 1j * np.abs(hand.imag)
+
+
+def real_or_less(z: Array) -> Array:
+    """Re z, −∞ where there is none."""
+    return np.where(np.isnan(z.real), -np.inf, z.real)
+
+
+def _begun(loops: Loops) -> Array:
+    """The foremost of the roots beside the peaks of |M|, (lanes, r), NaN-filled."""
+    starts = likely_roots(loops)
+    lane, number = np.nonzero(np.isfinite(starts))
+    found, converged = newton(on_device(loops.filled()), lane, starts[lane, number])
+    root = np.full(starts.shape, np.nan + 0j)
+    root[lane[converged], number[converged]] = found[converged]
+    root = np.take_along_axis(root, np.argsort(-real_or_less(root), axis=1), axis=1)
+    with np.errstate(invalid="ignore"):
+        again = np.abs(np.diff(root, axis=1, prepend=np.nan)) < _SAME * (1 + np.abs(root))
+    root = np.where(again, np.nan, root)
+    return np.take_along_axis(root, np.argsort(-real_or_less(root), axis=1)[:, :_UPWARDS], axis=1)
+
+
+def _follow_each(there: Open, lane: Array, gains: Array, start: Array) -> Array:
     """Roots at gains (k, g), of one sign, from roots (k,) at the first of each row; (k, g), NaN where they were lost.
 
     Each step goes along dz/d(log K), and then by Newton's method on log w with w = e^{−z} M.
     """
-    (root,) = in_batches(partial(_follow, on_device), (lane, gains, start), _SIZE)
+    (root,) = in_batches(partial(_follow, there), (lane, gains, start), _SIZE)
     return root
 
 

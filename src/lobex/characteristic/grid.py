@@ -21,7 +21,7 @@ _STRIDE = 8
 # Roots of a neighbour that are begun with.
 _KEPT = 2
 # From so many gains on whole strips of them are proven at once; speeds of a part, and parts.
-_MANY_GAINS, _MANY_POINTS = 64, 4096
+_MANY_GAINS, _MANY_POINTS = 64, 8192
 _FEWEST_SPEEDS, _PARTS, _MOST_POINTS = 16, 2.25, 2**17
 _GOLDEN = (5**0.5 - 1) / 2
 

@@ -9,18 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from lobex.characteristic.climb import climb, newton
+from lobex.characteristic.climb import climb
 from lobex.characteristic.closed_loop import Loops
-from lobex.characteristic.follow import follow
+from lobex.characteristic.follow import followed, real_or_less
 from lobex.characteristic.lanes import on_device
-from lobex.characteristic.peaks import likely_roots
 from lobex.characteristic.strips import Open, Strips, roots_over
 
 Array = Any
 
-# Every so many gains are looked at from scratch, and so many of their roots are followed upwards, and downwards.
-STRIDE = 32
-_UPWARDS, _DOWNWARDS = 2, 1
 # Foremost roots of a strip differ by so much at most, at first and then.
 _WIDTHS = (0.08, 0.02, 0.005)
 # Distances of a line from the foremost root of its strip, in widths.
@@ -41,10 +37,7 @@ def loci(opened: Open, closed: Callable[[Array, Array], Loops], gains: Array) ->
     """
     lanes, count = len(opened.present), len(gains)
     there = on_device(opened.filled())
-    coarse = np.unique(np.append(np.arange(0, count, STRIDE), count - 1))
-    lane, column = (a.ravel() for a in np.meshgrid(np.arange(lanes), coarse, indexing="ij"))
-    begun = _begun(closed(lane, column)).reshape(lanes, len(coarse), _UPWARDS)
-    hand = _followed(there, begun, coarse, gains)
+    hand = followed(there, lanes, closed, gains)
     proven = np.zeros((lanes, count), dtype=bool)
     for width in _WIDTHS:
         _prove(opened, there, closed, gains, hand, proven, width)
@@ -64,46 +57,8 @@ def loci(opened: Open, closed: Callable[[Array, Array], Loops], gains: Array) ->
 
 def foremost(hand: Array) -> Array:
     """Of roots (…, r), some of them NaN."""
-    order = np.argmax(_real(hand), axis=-1)
+    order = np.argmax(real_or_less(hand), axis=-1)
     return np.take_along_axis(hand, order[..., None], axis=-1)[..., 0]
-
-
-def _real(z: Array) -> Array:
-    return np.where(np.isnan(z.real), -np.inf, z.real)
-
-
-def _begun(loops: Loops) -> Array:
-    """The foremost of the roots beside the peaks of |M|, (lanes, r), NaN-filled."""
-    starts = likely_roots(loops)
-    lane, number = np.nonzero(np.isfinite(starts))
-    found, converged = newton(on_device(loops.filled()), lane, starts[lane, number])
-    root = np.full(starts.shape, np.nan + 0j)
-    root[lane[converged], number[converged]] = found[converged]
-    root = np.take_along_axis(root, np.argsort(-_real(root), axis=1), axis=1)
-    with np.errstate(invalid="ignore"):
-        again = np.abs(np.diff(root, axis=1, prepend=np.nan)) < _SAME * (1 + np.abs(root))
-    root = np.where(again, np.nan, root)
-    return np.take_along_axis(root, np.argsort(-_real(root), axis=1)[:, :_UPWARDS], axis=1)
-
-
-def _followed(there: Open, begun: Array, coarse: Array, gains: Array) -> Array:
-    """Roots at every gain, followed from those at the coarse ones (n, c, r) on either side: (n, m, h), NaN-filled."""
-    lanes, count = len(begun), len(gains)
-    hand = np.full((lanes, count, _UPWARDS + _DOWNWARDS), np.nan + 0j)
-    hand[:, coarse, :_UPWARDS] = begun
-    step = np.arange(STRIDE)
-    upwards, downwards = coarse[:-1, None] + step, coarse[1:, None] - step
-    for path, starts, first in (
-        (upwards, begun[:, :-1], 0),
-        (downwards, begun[:, 1:, :_DOWNWARDS], _UPWARDS),
-    ):
-        path = np.clip(path, 0, count - 1)
-        inside = (path > coarse[:-1, None]) & (path < coarse[1:, None])
-        lane, way, which = np.nonzero(np.isfinite(starts))
-        roots = follow(there, lane, gains[path[way]], starts[lane, way, which])
-        place, along = np.nonzero(inside[way][:, 1:])
-        hand[lane[place], path[way[place], along + 1], first + which[place]] = roots[place, along]
-    return hand.real + 1j * np.abs(hand.imag)
 
 
 def _prove(
@@ -116,7 +71,7 @@ def _prove(
     width: float,
 ) -> None:
     """Prove what can be proven by strips of a width; ``proven`` is written to."""
-    ahead = np.max(_real(hand), axis=-1)
+    ahead = np.max(real_or_less(hand), axis=-1)
     left = np.isfinite(ahead) & ~proven
     row, column = np.nonzero(left)
     if not len(row):
@@ -127,7 +82,7 @@ def _prove(
     begin, number = np.flatnonzero(new), np.cumsum(new) - 1
     end = np.append(begin[1:], len(row)) - 1
     mine = hand[row, column]
-    level = _levels(_real(mine), begin, end, width)
+    level = _levels(real_or_less(mine), begin, end, width)
     low, high = gains[column[begin]], gains[column[end]]
     first = np.abs(low) < np.abs(high)
     strongest = np.where(first, column[end], column[begin])
