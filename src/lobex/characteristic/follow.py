@@ -43,7 +43,7 @@ def followed(there: Open, lanes: int, closed: Callable[[Array, Array], Loops], g
     coarse = np.unique(np.append(np.arange(0, count, _STRIDE), count - 1))
     lane, column = (a.ravel() for a in np.meshgrid(np.arange(lanes), coarse, indexing="ij"))
     begun = _begun(closed(lane, column)).reshape(lanes, len(coarse), _UPWARDS)
-    hand = np.full((lanes, count, _UPWARDS + _DOWNWARDS), np.nan + 0j)
+    hand: Array = np.full((lanes, count, _UPWARDS + _DOWNWARDS), np.nan + 0j)
     hand[:, coarse, :_UPWARDS] = begun
     step = np.arange(_STRIDE)
     upwards, downwards = coarse[:-1, None] + step, coarse[1:, None] - step

@@ -8,7 +8,7 @@ its points to the poles, and halved until it is: nothing is sampled.
 """
 
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
@@ -137,7 +137,7 @@ def _passed(loops: Loops, lane: Array, level: Array, low: Array, high: Array) ->
 
     first, last = over_modes(term, mine, places)
     # Nothing but rounding on the real axis, where its sign would be counted.
-    first = jax.lax.complex(first.real, jnp.where(low == 0, 0.0, first.imag))
+    first = jax.lax.complex(first.real, cast(Array, jnp.where(low == 0, 0.0, first.imag)))
     begin, end = jnp.mod(jnp.angle(first) - low, 2 * jnp.pi), jnp.mod(jnp.angle(last) - high, 2 * jnp.pi)
     swing = jnp.angle(last * first.conj())
     return (jnp.round((end - begin - swing + (high - low)) / (2 * jnp.pi)).astype(int),)

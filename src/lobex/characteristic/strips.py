@@ -9,7 +9,7 @@ largest |K|, as in ``line``.
 """
 
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
@@ -144,7 +144,7 @@ def _passed(opened: Open, lane: Array, level: Array, k: Array, low: Array, high:
 
     begin, end = over_modes(term, mine.loops, places)
     # Nothing but rounding on the real axis, where its sign would be counted.
-    begin = jax.lax.complex(begin.real, jnp.where(low == 0, 0.0, begin.imag))
+    begin = jax.lax.complex(begin.real, cast(Array, jnp.where(low == 0, 0.0, begin.imag)))
     rest = [k - mine.present * h for h in (begin, end)]
     delayed = [mine.delayed * h * decaying(z) for h, z in zip((begin, end), places, strict=True)]
     whole = [r - d for r, d in zip(rest, delayed, strict=True)]
