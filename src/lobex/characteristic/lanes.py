@@ -21,15 +21,14 @@ def in_batches(function: Any, arrays: tuple[Array, ...], sizes: tuple[int, ...] 
     A function that is compiled for one size alone names it.
     """
     count = len(arrays[0])
-    parts, start = [], 0
-    while start < count or not parts:
-        size = next((s for s in sizes if _FEW * s >= count - start), sizes[-1])
+    size = next((s for s in sizes if _FEW * s >= count), sizes[-1])
+    parts = []
+    for start in range(0, max(count, 1), size):
         part = [a[start : start + size] for a in arrays]
         filled = (
             np.resize(a, (size, *a.shape[1:])) if count else np.zeros((size, *a.shape[1:]), a.dtype) for a in part
         )
         parts.append((len(part[0]), function(*filled)))
-        start += size
     # All are begun before the first is waited for.
     results = [[np.asarray(result)[:length] for result in results] for length, results in parts]
     return tuple(map(np.concatenate, zip(*results, strict=True)))

@@ -4,7 +4,7 @@ With w = e^{−z} M(z) the roots are those of 1 − w. Their number to the right
 there, plus the turns of 1 − w about 0 down the line (the argument principle); and 1 − w turns once where w crosses
 the real axis beyond 1. Where |w| < 1 nothing can, and where |w| > 1 the phase of w at the ends of a cell says how often
 it did, however often e^{−z} turns in between. A cell is decided by bounds of M and M′ from the distances of
-its points to the poles, and halved until it is: nothing is sampled.
+its points to the poles, and divided until it is: nothing is sampled.
 """
 
 from functools import partial

@@ -41,7 +41,7 @@ def loci(opened: Open, closed: Callable[[Array, Array], Loops], gains: Array) ->
     proven = np.zeros((lanes, count), dtype=bool)
     for width in _WIDTHS:
         _prove(opened, there, closed, gains, hand, proven, width)
-    root = foremost(hand)
+    root = _foremost(hand)
     for attempt in range(_ATTEMPTS):
         row, column = np.nonzero(~proven)
         if not len(row):
@@ -55,7 +55,7 @@ def loci(opened: Open, closed: Callable[[Array, Array], Loops], gains: Array) ->
     return root, proven
 
 
-def foremost(hand: Array) -> Array:
+def _foremost(hand: Array) -> Array:
     """Of roots (…, r), some of them NaN."""
     order = np.argmax(real_or_less(hand), axis=-1)
     return np.take_along_axis(hand, order[..., None], axis=-1)[..., 0]

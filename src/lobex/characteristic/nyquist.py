@@ -3,7 +3,7 @@
 For 1 + K L(z) = 0 that is where L(jy) is real and negative, at K = −1/L (D-subdivision: Neimark, 1949). A part of the
 axis holds no such place where |L| < 1/K for all gains asked for, or where the phase of L cannot reach π; and it holds
 one at most where that phase can only rise or only fall. Bounds of L, L′ and L″ from the distances to the poles say so,
-and a part is halved until they do: nothing is sampled.
+and a part is divided until they do: nothing is sampled.
 """
 
 from functools import partial
