@@ -6,10 +6,15 @@ per delay, gains from 0.01 to 1e6 times the least limit, grids of up to 3 × 40 
 
 import warnings
 
+import jax
 import numpy as np
 import pytest
 
 import lobex
+from lobex.characteristic.closed_loop import close
+from lobex.characteristic.lanes import on_device
+from lobex.characteristic.method import contacts
+from lobex.characteristic.strips import Open, Strips, roots_over
 from root_count import Feedback, least_limit, polished, roots_beyond
 
 # The count is taken this far to the right of the root: closer, the samples of the oracle become too many.
@@ -54,13 +59,18 @@ def check(seed, counts, exact_too=False):
     assert np.all(np.abs(limit.gain - inside)[found] <= 10 * limit.error[found] + 1e-13 * inside[found])
     for i in range(len(speed)):
         for j in rng.choice(len(gain), min(len(gain), _POINTS), replace=False):
-            function = Feedback(omega, damping, shape**2, 1 / speed[i], gain[j])
-            z = np.log(chart.spectral_radius[i, j]) + 2j * np.pi * chart.chatter_frequency[i, j] / speed[i]
-            root, last = polished(function, z)
-            assert last < 1e-9 * (1 + abs(z))
-            assert abs(root.real - z.real) <= 10 * chart.error[i, j]
-            assert roots_beyond(function, z.real + _BESIDE * (1 + abs(z))) == 0
-            assert roots_beyond(function, z.real - _BESIDE * (1 + abs(z))) > 0
+            check_point(Feedback(omega, damping, shape**2, 1 / speed[i], gain[j]), chart, i, j)
+
+
+def check_point(function, chart, i, j):
+    """The multiplier of a point of a chart is a root, and none lies beyond."""
+    speed = chart.speed[i]
+    z = np.log(chart.spectral_radius[i, j]) + 2j * np.pi * chart.chatter_frequency[i, j] / speed
+    root, last = polished(function, z)
+    assert last < 1e-9 * (1 + abs(z))
+    assert abs(root.real - z.real) <= 10 * chart.error[i, j]
+    assert roots_beyond(function, z.real + _BESIDE * (1 + abs(z))) == 0
+    assert roots_beyond(function, z.real - _BESIDE * (1 + abs(z))) > 0
 
 
 @pytest.mark.parametrize("first", range(0, 200, 40))
@@ -68,6 +78,49 @@ def test_random_models(first):
     for seed in range(first, first + 40):
         # Of three sizes, so that few programs are compiled.
         check(seed, (1, 3, 8))
+
+
+@pytest.mark.parametrize("seed", range(400, 408))
+def test_random_models_over_grids_that_are_proven_by_strips(seed):
+    rng = np.random.default_rng(seed)
+    omega, damping, shape, speed = random_model(rng, (3,))
+    speed = speed[0] * np.linspace(1, 1.5, 16)
+    least = min(least_limit(omega, damping, shape**2, 1 / s) for s in speed[[0, 7, 15]])
+    gain = least * np.geomspace(0.01, 100.0, 512)
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "every speed")
+        chart = lobex.sweep(lobex.Rub(lobex.Modes(omega, damping, shape[:, None])), speed, gain)
+    assert np.max(chart.error) < 1e-9
+    for _ in range(2 * _POINTS):
+        i, j = rng.integers(16), rng.integers(512)
+        check_point(Feedback(omega, damping, shape**2, 1 / speed[i], gain[j]), chart, i, j)
+
+
+def test_what_is_counted_for_a_strip_holds_at_all_its_gains():
+    decided, strips = 0, 40
+    for seed in range(500, 508):
+        rng = np.random.default_rng(seed)
+        omega, damping, shape, speed = random_model(rng, (3,))
+        speed = np.full(strips, max(speed[0], omega[-1] / (2 * np.pi * 30)))
+        process = lobex.Rub(lobex.Modes(omega, damping, shape[:, None]))
+        weakest = least_limit(omega, damping, shape**2, 1 / speed[0]) * np.exp(rng.uniform(-2, 4, strips))
+        strongest = weakest * np.exp(rng.uniform(0, 0.3, strips))
+        level = rng.uniform(-1.5, 1.0, strips)
+        with jax.enable_x64(True):
+            _, made, _ = contacts(process, speed, 1.0)
+            alone = close(*made[:3], np.zeros(strips), np.ones(strips)).at_delay(made.delay)
+            closed = close(*made[:3], strongest * made.present, strongest * made.delayed).at_delay(made.delay)
+            opened = Open(made.present, made.delayed, alone)
+            poles = np.sum(closed.upper.real > level, axis=0) + np.sum(closed.lower.real > level, axis=0)
+            found, known = roots_over(
+                opened, on_device(opened.filled()), Strips(np.arange(strips), level, weakest, strongest), poles
+            )
+        for i in np.flatnonzero(known):
+            for gain in np.linspace(weakest[i], strongest[i], 4):
+                function = Feedback(omega, damping, shape**2, 1 / speed[i], gain)
+                assert roots_beyond(function, level[i]) == found[i]
+        decided += np.sum(known)
+    assert 0.5 < decided / (8 * strips) < 0.99
 
 
 @pytest.mark.search

@@ -1,4 +1,4 @@
-"""Parts of lines Re z = x, halved until a bound decides each of them."""
+"""Parts of lines Re z = x, divided until a bound decides each of them."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -8,23 +8,40 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex.characteristic.closed_loop import Loops
+from lobex.characteristic.function import inverse
 
 Array = Any
 
 # A cell that is no wider than rounding is taken as what it is in its middle.
 _NARROWEST = 1e-14
 _ROUNDS = 100
-_MOST = 2**21
-# Modes summed without a loop in between.
-_UNROLLED = 8
+_MOST = 2**19
+# That an undecided cell is divided into.
+PARTS = 4
 
 
 class Cells(NamedTuple):
-    """Each (c,): the number of the line, and where the part begins and ends."""
+    """Parts of lines, (c, PARTS): those of a row follow each other, and what is fetched for a line serves all of them.
+
+    Attributes:
+        line: its number, (c,).
+        low: where each part begins.
+        high: where it ends.
+    """
 
     line: Array
     low: Array
     high: Array
+
+    def at(self, row: Array, part: Array) -> tuple[Array, Array, Array]:
+        """Single ones, each (k,)."""
+        return self.line[row], self.low[row, part], self.high[row, part]
+
+
+def divided(line: Array, low: Array, high: Array) -> Cells:
+    """Intervals (c,) cut into equal parts."""
+    inner = low[:, None] + (high - low)[:, None] * (np.arange(1, PARTS) / PARTS)
+    return Cells(line, np.column_stack([low, inner]), np.column_stack([inner, high]))
 
 
 class Bounds(NamedTuple):
@@ -36,23 +53,27 @@ class Bounds(NamedTuple):
 
 
 def over_modes(term: Callable[[Loops], Any], loops: Loops, like: Any) -> Any:
-    """Sums over the modes of what ``term`` gives, a tree of the shapes of ``like``."""
+    """Sums over the modes of what ``term`` gives, a tree of the shapes of ``like``.
+
+    By a loop: without one the compiler computes the sums again for each of their uses.
+    """
 
     def add(sums: Any, mode: Loops) -> tuple[Any, None]:
         return jax.tree.map(jnp.add, sums, term(mode)), None
 
-    return jax.lax.scan(add, jax.tree.map(jnp.zeros_like, like), loops, unroll=_UNROLLED)[0]
+    return jax.lax.scan(add, jax.tree.map(jnp.zeros_like, like), loops)[0]
 
 
 def bounds_of_mode(mode: Loops, level: Array, middle: Array, half: Array) -> Bounds:
     """By the triangle inequality, from the distances of cells of Re z = ``level`` to the poles."""
 
-    def inverse_distance(pole: Array) -> Array:
+    def distance(pole: Array) -> Array:
         outside = jnp.maximum(jnp.abs(middle - pole.imag) - half, 0.0)
-        return 1 / jnp.sqrt(jnp.square(level - pole.real) + jnp.square(outside))
+        return jnp.sqrt(jnp.square(level - pole.real) + jnp.square(outside))
 
-    upper, lower = inverse_distance(mode.upper), inverse_distance(mode.lower)
-    both, either = upper * lower, upper + lower
+    upper, lower = distance(mode.upper), distance(mode.lower)
+    both = 1 / (upper * lower)
+    either = (upper + lower) * both
     first = jnp.abs(mode.first)
     top = first * (jnp.abs(level) + jnp.abs(middle) + half) + jnp.abs(mode.constant)
     return Bounds(
@@ -62,17 +83,9 @@ def bounds_of_mode(mode: Loops, level: Array, middle: Array, half: Array) -> Bou
     )
 
 
-def value_of_mode(mode: Loops, level: Array, y: Array) -> tuple[Array, Array]:
-    """M at x + jy, real and imaginary part."""
-    left, right = level - mode.upper.real, level - mode.lower.real
-    above, below = y - mode.upper.imag, y - mode.lower.imag
-    real, imaginary = left * right - above * below, left * below + right * above
-    top_real, top_imaginary = mode.first * level + mode.constant, mode.first * y
-    scale = 1 / (jnp.square(real) + jnp.square(imaginary))
-    return (
-        (top_real * real + top_imaginary * imaginary) * scale,
-        (top_imaginary * real - top_real * imaginary) * scale,
-    )
+def value_of_mode(mode: Loops, z: Array) -> Array:
+    """M at z."""
+    return (mode.first * z + mode.constant) * inverse((z - mode.upper) * (z - mode.lower))
 
 
 def narrow(middle: Array, half: Array) -> Array:
@@ -92,20 +105,17 @@ def first_cells(loops: Loops, level: Array, least: Array) -> Cells:
     low, high = edges[:-1].T.ravel(), edges[1:].T.ravel()
     line = np.repeat(np.arange(len(level)), len(edges) - 1)
     kept = high > low
-    return Cells(line[kept], low[kept], high[kept])
+    return divided(line[kept], low[kept], high[kept])
 
 
-def decide(cells: Cells, look: Callable[[Cells], Array], lines: int) -> Array:
-    """Halve the cells that ``look`` is undecided about, until it is about none; whether each line is decided."""
+def decide(cells: Cells, look: Callable[[Cells], Array], lines: int, rounds: int = _ROUNDS) -> Array:
+    """Divide the cells that ``look`` is undecided about, (c, PARTS), until it is about none; whether each line is."""
     decided = np.ones(lines, dtype=bool)
-    for _ in range(_ROUNDS):
+    for _ in range(rounds):
         if not len(cells.line):
             return decided
         if len(cells.line) > _MOST:
             break
-        undecided = np.flatnonzero(look(cells))
-        line, low, high = (part[undecided] for part in cells)
-        middle = (low + high) / 2
-        cells = Cells(*map(np.concatenate, ((line, line), (low, middle), (middle, high))))
+        cells = divided(*cells.at(*np.nonzero(look(cells))))
     decided[cells.line] = False
     return decided

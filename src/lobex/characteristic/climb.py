@@ -14,7 +14,8 @@ import numpy as np
 from lobex.characteristic.cells import over_modes
 from lobex.characteristic.closed_loop import Loops
 from lobex.characteristic.lanes import in_batches, on_device, take
-from lobex.characteristic.line import PLACES, response, roots_beyond
+from lobex.characteristic.line import PLACES, roots_beyond
+from lobex.characteristic.peaks import moved_poles, peaks
 
 Array = Any
 
@@ -26,7 +27,6 @@ _ROUNDS = 80
 _SAME = 1e-8
 _REAL = 1e-9
 _UNMOVED = 1e-11
-_GUESSES = 6
 # Of Newton, so many at a time.
 _STEPS, _ROUNDS_OF_STEPS = 4, 5
 _CONVERGED = 1e-10
@@ -42,11 +42,11 @@ class Climbed(NamedTuple):
 class _Search:
     """The lanes of one chunk and what is known of each: roots found, and lines with roots beyond and without."""
 
-    def __init__(self, loops: Loops, guesses: Array | None) -> None:
+    def __init__(self, loops: Loops, guesses: Array | None, apart: float) -> None:
         lanes = np.shape(loops.first)[1]
         self.loops, self.on_device = loops, on_device(loops.filled())
         self.found: Array = np.full((lanes, ROOTS), np.nan + 0j)
-        self.distance = np.full(lanes, _APART)
+        self.distance = np.full(lanes, apart)
         self.low, self.high = np.full(lanes, -np.inf), np.full(lanes, np.inf)
         self.step = np.full(lanes, 0.5)
         self.level = np.full(lanes, -np.inf)
@@ -119,9 +119,12 @@ class _Search:
         self.level[lane] = np.where(has, foremost - self.distance[lane], middle)
 
 
-def climb(loops: Loops, guesses: Array | None = None) -> Climbed:
-    """The rightmost roots of lanes (l,), from places (l, k) where roots are thought to be, NaN-filled."""
-    search = _Search(loops, guesses)
+def climb(loops: Loops, guesses: Array | None = None, apart: float = _APART) -> Climbed:
+    """The rightmost roots of lanes (l,), from places (l, k) where roots are thought to be, NaN-filled.
+
+    The first line is that far from the foremost of these.
+    """
+    search = _Search(loops, guesses, apart)
     proven = np.zeros(np.shape(loops.first)[1], dtype=bool)
     left = np.flatnonzero(np.all(np.isfinite(loops.first), axis=0))
     for _ in range(_ROUNDS):
@@ -172,13 +175,8 @@ def _newton(loops: Loops, lane: Array, start: Array) -> tuple[Array, Array]:
 
 
 def _first_level(loops: Loops) -> Array:
-    """A line near the foremost root: the highest log |M| over the poles, on a line near itself."""
-    level = loops.rightmost + 0.1
-    for _ in range(_GUESSES):
-        with np.errstate(divide="ignore"):
-            size = [np.log(np.abs(response(loops, level + 1j * height))) for height in loops.upper.imag]
-        level = np.maximum((level + np.max(size, axis=0)) / 2, loops.rightmost + 1e-3)
-    return level - _APART
+    """A line near the foremost root."""
+    return np.max(peaks(loops), axis=0) - _APART
 
 
 def _starts(loops: Loops, lane: Array, level: Array, places: Array) -> tuple[Array, Array]:
@@ -188,22 +186,13 @@ def _starts(loops: Loops, lane: Array, level: Array, places: Array) -> tuple[Arr
     """
     mine = take(loops, lane)
     near, still = [], []
-    for poles, partners in ((mine.upper, mine.lower), (mine.lower, mine.upper)):
-        for mode, (pole, partner) in enumerate(zip(poles, partners, strict=True)):
-            with np.errstate(all="ignore"):
-                residues = [
-                    (mine.first[mode] * z + mine.constant[mode]) / (z - o)
-                    for z, o in ((pole, partner), (partner, pole))
-                ]
-                terms = (mine.first * pole + mine.constant) / ((pole - mine.upper) * (pole - mine.lower))
-                rest = np.sum(np.delete(terms, mode, axis=0), axis=0) + residues[1] / (pole - partner)
-                # M = r/(z − π) + rest: the root of w = 1 beside the pole.
-                move = residues[0] / (np.exp(pole) - rest)
-                beyond = (pole.real > level) & (pole.imag >= 0)
-                unmoved = np.abs(move) < _UNMOVED * (1 + np.abs(pole))
-                move = move / np.maximum(np.abs(move), 1.0)
-            near.append(np.where(beyond & ~unmoved, pole + np.where(np.isfinite(move), move, 0.1), np.nan))
-            still.append(np.where(beyond & unmoved, pole, np.nan))
+    for pole, move in zip(*moved_poles(mine), strict=True):
+        with np.errstate(all="ignore"):
+            beyond = (pole.real > level) & (pole.imag >= 0)
+            unmoved = np.abs(move) < _UNMOVED * (1 + np.abs(pole))
+            move = move / np.maximum(np.abs(move), 1.0)
+        near.append(np.where(beyond & ~unmoved, pole + np.where(np.isfinite(move), move, 0.1), np.nan))
+        still.append(np.where(beyond & unmoved, pole, np.nan))
     # The foremost are enough: the line comes closer when there are more.
     foremost = [
         np.take_along_axis(z, np.argsort(-_real(z), axis=1)[:, : PLACES + 1], axis=1)

@@ -94,11 +94,11 @@ def response(contact: Contact, z: Array) -> Response:
         top, top_slope = _polynomial(block[0], z)
         denominator = jnp.concatenate([block[1], jnp.ones_like(block[1][:1])])
         bottom, bottom_slope = _polynomial(denominator, z)
-        inverse = _inverse(bottom)
-        ratio, term = bottom_slope * inverse, top * inverse
+        flipped = inverse(bottom)
+        ratio, term = bottom_slope * flipped, top * flipped
         # Next to a pole the terms of the denominator take each other away.
-        lost = jnp.abs(term * inverse) * _polynomial(jnp.abs(denominator), size)[0]
-        return tuple(s + t for s, t in zip(sums, (term, top_slope * inverse - term * ratio, lost), strict=True)), None
+        lost = jnp.abs(term * flipped) * _polynomial(jnp.abs(denominator), size)[0]
+        return tuple(s + t for s, t in zip(sums, (term, top_slope * flipped - term * ratio, lost), strict=True)), None
 
     zero = jnp.zeros_like(z)
     blocks = (contact.numerator, contact.denominator)
@@ -108,7 +108,7 @@ def response(contact: Contact, z: Array) -> Response:
 def loop(contact: Contact, z: Array) -> Loop:
     """L and its derivative; ``z`` is complex, and its trailing axes are the contact's lanes."""
     at = response(contact, z)
-    before = contact.delayed * _decaying(z)
+    before = contact.delayed * decaying(z)
     feedback = contact.current + before
     return Loop(-feedback * at.value, before * at.value - feedback * at.slope)
 
@@ -121,12 +121,12 @@ def _polynomial(coefficients: Array, z: Array) -> tuple[Array, Array]:
     return value, slope
 
 
-def _inverse(z: Array) -> Array:
+def inverse(z: Array) -> Array:
     """1/z without the scaling that guards against overflow, which takes longer than all the rest."""
     return z.conj() * (1 / (jnp.square(z.real) + jnp.square(z.imag)))
 
 
-def _decaying(z: Array) -> Array:
+def decaying(z: Array) -> Array:
     """e^{−z}, with sine and cosine by Taylor polynomials: the library's own take longer than all the rest.
 
     To rounding for |Im z| below 1e5.

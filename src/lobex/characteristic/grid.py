@@ -1,5 +1,6 @@
-"""The rightmost root over a grid of speeds and gains: some gains from scratch, the others from their neighbours'."""
+"""The rightmost root over a grid of speeds and gains."""
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,7 +10,9 @@ from lobex.characteristic.climb import ROOTS, climb
 from lobex.characteristic.closed_loop import Loops, close
 from lobex.characteristic.function import Contact
 from lobex.characteristic.lanes import LANES, take
+from lobex.characteristic.loci import loci
 from lobex.characteristic.polish import polish
+from lobex.characteristic.strips import Open
 
 Array = Any
 
@@ -17,6 +20,10 @@ Array = Any
 _STRIDE = 8
 # Roots of a neighbour that are begun with.
 _KEPT = 2
+# From so many gains on whole strips of them are proven at once; speeds of a part, and parts.
+_MANY_GAINS, _MANY_POINTS = 64, 8192
+_FEWEST_SPEEDS, _PARTS, _MOST_POINTS = 16, 2.25, 2**17
+_GOLDEN = (5**0.5 - 1) / 2
 
 
 class Structure(NamedTuple):
@@ -47,6 +54,50 @@ class Structure(NamedTuple):
 def rightmost_roots(structure: Structure, contact: Contact, gains: Array) -> tuple[Array, Array, Array]:
     """The rightmost roots z, Im z ≥ 0, their errors, and whether they are proven, each (n, m), for gains (m,) ≠ 0."""
     shape = len(structure.delay), len(gains)
+    row, column = np.indices(shape)
+    if shape[1] >= _MANY_GAINS and shape[0] * shape[1] >= _MANY_POINTS:
+        return _by_strips(structure, contact, gains)
+    return _polished(contact, row, gains[column], *_from_neighbours(structure, gains))
+
+
+def _by_strips(structure: Structure, contact: Contact, gains: Array) -> tuple[Array, Array, Array]:
+    """As ``rightmost_roots``, by strips of neighbouring gains."""
+    shape = len(structure.delay), len(gains)
+    root, error, proven = np.full(shape, np.nan + 0j), np.full(shape, np.nan), np.zeros(shape, dtype=bool)
+    same = np.zeros(shape[0], dtype=int) if structure.same else np.arange(shape[0])
+    one = same[: 1 if structure.same else None]
+    drift, inputs, outputs = (part[one] for part in structure[:3])
+    loops = take(close(drift, inputs, outputs, np.zeros(len(one)), np.ones(len(one))), same).at_delay(structure.delay)
+    opened = Open(structure.present, structure.delayed, loops)
+    shared = _closed(structure, np.zeros(len(gains), dtype=int), gains) if structure.same else None
+
+    # Neighbours take as long as each other: each part gets some of all.
+    order = np.argsort(np.arange(shape[0]) * _GOLDEN % 1)
+
+    def work(part: Array) -> None:
+        index = order[part]
+
+        def closed(lane: Array, column: Array) -> Loops:
+            row = index[lane]
+            loops = _closed(structure, row, gains[column]) if shared is None else take(shared, column)
+            return loops.at_delay(structure.delay[row])
+
+        row, column = np.meshgrid(index, np.arange(shape[1]), indexing="ij")
+        results = _polished(contact, row, gains[column], *loci(take(opened, index), closed, gains))
+        root[index], error[index], proven[index] = results
+
+    in_chunks(work, shape[0], _speeds_of_a_part(shape))
+    return root, error, proven
+
+
+def _speeds_of_a_part(shape: tuple[int, int]) -> int:
+    """So that each of the threads has one part after the first, or more if they would become too large."""
+    return max(_FEWEST_SPEEDS, min(math.ceil(shape[0] / _PARTS), _MOST_POINTS // shape[1]))
+
+
+def _from_neighbours(structure: Structure, gains: Array) -> tuple[Array, Array]:
+    """The rightmost roots, and whether they are proven, each (n, m): some from scratch, others from those beside."""
+    shape = len(structure.delay), len(gains)
     found: Array = np.full((*shape, ROOTS), np.nan + 0j)
     proven = np.zeros(shape, dtype=bool)
     shared = _closed(structure, np.zeros(len(gains), dtype=int), gains) if structure.same else None
@@ -69,8 +120,7 @@ def rightmost_roots(structure: Structure, contact: Contact, gains: Array) -> tup
     after = np.searchsorted(coarse, between)
     at_columns(coarse, ())
     at_columns(between, (coarse[after - 1], coarse[np.minimum(after, len(coarse) - 1)]))
-    row, column = np.indices(shape)
-    return _polished(contact, row, gains[column], found[..., 0], proven)
+    return found[..., 0], proven
 
 
 def rightmost_at_points(structure: Structure, contact: Contact, row: Array, gain: Array) -> tuple[Array, Array, Array]:

@@ -4,11 +4,11 @@ With w = e^{−z} M(z) the roots are those of 1 − w. Their number to the right
 there, plus the turns of 1 − w about 0 down the line (the argument principle); and 1 − w turns once where w crosses
 the real axis beyond 1. Where |w| < 1 nothing can, and where |w| > 1 the phase of w at the ends of a cell says how often
 it did, however often e^{−z} turns in between. A cell is decided by bounds of M and M′ from the distances of
-its points to the poles, and halved until it is: nothing is sampled.
+its points to the poles, and divided until it is: nothing is sampled.
 """
 
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
@@ -58,17 +58,17 @@ def roots_beyond(loops: Loops, on_device: Any, lane: Array, level: Array) -> Cou
     found: list[tuple[Array, ...]] = []
 
     def look(cells: Cells) -> Array:
-        owner = lane[cells.line]
-        arrays = owner, level[cells.line], size[cells.line], cells.low, cells.high
+        arrays = lane[cells.line], level[cells.line], size[cells.line], cells.low, cells.high
         code, turn, height = in_batches(partial(_look, on_device), arrays)
-        loud = np.flatnonzero(code == _LOUD)
-        if len(loud):
-            line, low, high = (part[loud] for part in cells)
-            (passed,) = in_batches(partial(_passed, on_device), (owner[loud], level[line], low, high))
+        loud = np.nonzero(code == _LOUD)
+        if len(loud[0]):
+            line, low, high = cells.at(*loud)
+            (passed,) = in_batches(partial(_passed, on_device), (lane[line], level[line], low, high))
             np.add.at(number, line, 2 * passed)
             hit = np.flatnonzero(passed)
             line, low, high = line[hit], low[hit], high[hit]
-            found.append((line, np.clip((low + high) / 2 + turn[loud[hit]], low, high), height[loud[hit]]))
+            place = np.clip((low + high) / 2 + turn[loud][hit], low, high)
+            found.append((line, place, height[loud][hit]))
         return code == _SPLIT
 
     with np.errstate(all="ignore"):
@@ -99,19 +99,22 @@ def _places(found: list[tuple[Array, ...]], level: Array, beyond_one: Array) -> 
 
 @jax.jit
 def _look(loops: Loops, lane: Array, level: Array, scale: Array, low: Array, high: Array) -> tuple[Array, ...]:
-    """What is to be done with a cell; how far w in its middle is turned from the real axis, rad; and |w| there."""
+    """What is to be done with cells; how far w in their middles is turned from the real axis, rad; and |w| there."""
     mine = take(loops, lane)
+    low, high = low.T, high.T
     middle, half = (low + high) / 2, (high - low) / 2
     mine = mine._replace(first=mine.first * scale, constant=mine.constant * scale)
 
+    z = jax.lax.complex(jnp.broadcast_to(level, low.shape), middle)
+
     def term(mode: Loops) -> tuple[Array, ...]:
         over = bounds_of_mode(mode, level, middle, half)
-        return *value_of_mode(mode, level, middle), over.value, over.slope
+        return value_of_mode(mode, z), over.value, over.slope
 
-    real, imaginary, most, steepest = over_modes(term, mine, (level,) * 4)
-    size = jnp.sqrt(jnp.square(real) + jnp.square(imaginary))
+    value, most, steepest = over_modes(term, mine, (z, low, low))
+    size = jnp.sqrt(jnp.square(value.real) + jnp.square(value.imag))
     change = steepest * half
-    phase = jnp.arctan2(imaginary, real) - middle
+    phase = jnp.arctan2(value.imag, value.real) - middle
     turn = phase - 2 * jnp.pi * jnp.round(phase / (2 * jnp.pi))
     smallest = narrow(middle, half)
     quiet = (jnp.minimum(most, size + change) < 1) | (smallest & (size <= 1))
@@ -120,23 +123,21 @@ def _look(loops: Loops, lane: Array, level: Array, scale: Array, low: Array, hig
     apart = (share < 1) & (jnp.abs(turn) > half + share + (jnp.pi / 2 - 1) * share**3)
     loud = (size - change > 1) | smallest
     code = jnp.where(quiet | apart, _DONE, jnp.where(loud, _LOUD, _SPLIT))
-    return code.astype(jnp.int8), turn, size
+    return code.astype(jnp.int8).T, turn.T, size.T
 
 
 @jax.jit
 def _passed(loops: Loops, lane: Array, level: Array, low: Array, high: Array) -> tuple[Array]:
     """How often w passes the real axis beyond 1 downwards, in a cell where |w| > 1 and M turns by less than π."""
     mine = take(loops, lane)
+    places = jax.lax.complex(level, low), jax.lax.complex(level, high)
 
     def term(mode: Loops) -> tuple[Array, ...]:
-        return *value_of_mode(mode, level, low), *value_of_mode(mode, level, high)
+        return tuple(value_of_mode(mode, z) for z in places)
 
-    real, imaginary, other_real, other_imaginary = over_modes(term, mine, (level,) * 4)
-    # On the real axis M is real: an ulp of fused products below it would be a whole turn.
-    imaginary = jnp.where(low > 0, imaginary, 0.0)
-    begin, end = jnp.arctan2(imaginary, real) - low, jnp.arctan2(other_imaginary, other_real) - high
-    begin, end = jnp.mod(begin, 2 * jnp.pi), jnp.mod(end, 2 * jnp.pi)
-    swing = jnp.arctan2(
-        other_imaginary * real - other_real * imaginary, other_real * real + other_imaginary * imaginary
-    )
+    first, last = over_modes(term, mine, places)
+    # Nothing but rounding on the real axis, where its sign would be counted.
+    first = jax.lax.complex(first.real, cast(Array, jnp.where(low == 0, 0.0, first.imag)))
+    begin, end = jnp.mod(jnp.angle(first) - low, 2 * jnp.pi), jnp.mod(jnp.angle(last) - high, 2 * jnp.pi)
+    swing = jnp.angle(last * first.conj())
     return (jnp.round((end - begin - swing + (high - low)) / (2 * jnp.pi)).astype(int),)

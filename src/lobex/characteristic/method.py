@@ -30,8 +30,8 @@ class CharacteristicRoots:
     ``Scalar``. No operator is built and nothing is discretised. At every point the roots to the right of a line are
     counted by the argument principle, with the response between delayed and present output as a rational function whose
     bounds decide every part of the line (``line``), and roots are sought until those in hand are as many as were
-    counted (``climb``). So no root is missed, whatever the number of waves per delay, the damping and the gain.
-    Multipliers are good to rounding, times |sτ|.
+    counted (``climb``; over large grids for strips of neighbouring gains at once: ``loci``). So no root is missed,
+    whatever the number of waves per delay, the damping and the gain. Multipliers are good to rounding, times |sτ|.
     """
 
     def over_grid(self, process: Process, speeds: Array, gains: Array) -> tuple[Array, Array, Array, Array]:

@@ -3,7 +3,7 @@
 For 1 + K L(z) = 0 that is where L(jy) is real and negative, at K = −1/L (D-subdivision: Neimark, 1949). A part of the
 axis holds no such place where |L| < 1/K for all gains asked for, or where the phase of L cannot reach π; and it holds
 one at most where that phase can only rise or only fall. Bounds of L, L′ and L″ from the distances to the poles say so,
-and a part is halved until they do: nothing is sampled.
+and a part is divided until they do: nothing is sampled.
 """
 
 from functools import partial
@@ -58,7 +58,7 @@ def places(feedback: Feedback, largest: float) -> tuple[Places, Array]:
     def look(cells: Cells) -> Array:
         index = np.full(len(cells.line), largest), *cells
         split, crossed = in_batches(partial(_crossed, there), index)
-        found.append(tuple(part[crossed] for part in cells))
+        found.append(cells.at(*np.nonzero(crossed)))
         return split
 
     least = 1 / (largest * (np.abs(feedback.present) + np.abs(feedback.delayed)))
@@ -92,8 +92,9 @@ def _loop(feedback: Feedback, y: Array) -> tuple[Array, Array]:
 
 @jax.jit
 def _crossed(feedback: Feedback, largest: Array, lane: Array, low: Array, high: Array) -> tuple[Array, Array]:
-    """Whether to halve a cell, and, if not, whether the phase of −L passes 0 in it."""
+    """Whether to divide cells, and, if not, whether the phase of −L passes 0 in them."""
     mine = take(feedback, lane)
+    low, high = low.T, high.T
     middle, half = (low + high) / 2, (high - low) / 2
 
     def term(mode: Loops) -> tuple[Any, ...]:
@@ -118,7 +119,7 @@ def _crossed(feedback: Feedback, largest: Array, lane: Array, low: Array, high: 
     begin, end = (jnp.angle(-_loop(mine, y)[0]) for y in (low, high))
     crossed = ((begin > 0) != (end > 0)) & (jnp.abs(begin) + jnp.abs(end) < jnp.pi)
     decided = quiet | apart | one_way | narrow(middle, half)
-    return ~decided, decided & ~quiet & ~apart & crossed
+    return (~decided).T, (decided & ~quiet & ~apart & crossed).T
 
 
 @jax.jit

@@ -12,7 +12,6 @@ from lobex.characteristic.lanes import in_batches, on_device, take
 
 Array = Any
 
-_STEPS = 3
 # Of a sum of rounded terms.
 _ULPS = 4.0
 _AWAY = 10.0
@@ -39,7 +38,7 @@ def _largest_pole(contact: Contact) -> Array:
 
 @jax.jit
 def _polish(contacts: Contact, lane: Array, gain: Array, z: Array) -> tuple[Array, Array, Array]:
-    """Newton's method on log M(z) − z, whose terms cannot overflow; and whether it leads away from the root."""
+    """Two of Newton's steps on log M(z) − z, whose terms cannot overflow; and whether they lead away from the root."""
     contact = take(contacts, lane)
     present, delayed = gain * contact.current, gain * contact.delayed
 
@@ -52,13 +51,13 @@ def _polish(contacts: Contact, lane: Array, gain: Array, z: Array) -> tuple[Arra
         rounding = at.rounding * (1 / jnp.abs(at.value) + jnp.abs(present / opened)) + 1 + jnp.abs(z)
         return value, slope, rounding
 
-    def improve(_: int, state: tuple[Array, Array]) -> tuple[Array, Array]:
-        value, slope, _ = rest(state[0])
-        return state[0] - value / slope, jnp.abs(value / slope)
-
-    # From a pole that is a root to rounding each step leads further.
     value, slope, _ = rest(z)
-    begun = jnp.abs(value / slope)
-    z, change = jax.lax.fori_loop(0, _STEPS, improve, (z, jnp.zeros(jnp.shape(gain))))
-    _, slope, rounding = rest(z)
-    return z, change + _ULPS * jnp.finfo(change.dtype).eps * rounding / jnp.abs(slope), change > _AWAY * begun
+    first = value / slope
+    z = z - first
+    value, slope, rounding = rest(z)
+    second = value / slope
+    # A third step would be less by more than the second is less than the first.
+    share = jnp.minimum(jnp.abs(second) / jnp.maximum(jnp.abs(first), jnp.finfo(gain.dtype).tiny), 1.0)
+    error = share * jnp.abs(second) + _ULPS * jnp.finfo(gain.dtype).eps * rounding / jnp.abs(slope)
+    # From a pole that is a root to rounding each step leads further.
+    return z - second, error, jnp.abs(second) > _AWAY * jnp.abs(first)
