@@ -117,7 +117,9 @@ def test_left_vectors_belong_to_the_pair(angle, second):
     assert np.asarray(other) == pytest.approx(expected, abs=1e-6 * scale)
 
 
-@pytest.mark.parametrize("method", [lobex.Auto(), lobex.Duhamel(nodes=40), lobex.Chebyshev(40), lobex.Duhamel(tolerance=1e-4)])
+@pytest.mark.parametrize(
+    "method", [lobex.Auto(), lobex.Duhamel(nodes=40), lobex.Chebyshev(40), lobex.Duhamel(tolerance=1e-4)]
+)
 def test_errors_above_the_tolerance_are_warned_of_whatever_computed_them(method, monkeypatch):
     def computed(process, speeds, gains, method, progress):
         error = np.array([[0.0, 1e-7, np.inf], [1e-9, 1e-3, np.nan]])
