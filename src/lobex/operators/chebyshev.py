@@ -1,20 +1,24 @@
 """Chebyshev collocation of the monodromy operator, (3.10)-(3.15), in pieces that end at the jumps."""
 
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 
 from lobex import _checks
 from lobex._pytree import pytree
 from lobex.operators.exponential import exponential
+from lobex.operators.lookup import places
 from lobex.operators.operator import MOST_NODES, MonodromyOperator, in_form
-from lobex.systems.coefficients import Piece
-from lobex.systems.mesh import pieces_of
-from lobex.systems.system import DelaySystem
+from lobex.systems.mesh import Mesh, mesh_of, pieces_of
+from lobex.systems.system import DelaySystem, Forces, dense_outputs
 
 Array = Any
+
+# A loop over so few pieces is written out.
+_FEW = 4
 
 
 def chebyshev_points(nodes: int) -> np.ndarray:
@@ -55,12 +59,15 @@ def quadrature_weights(nodes: int) -> np.ndarray:
 class Chebyshev:
     """Collocation at Chebyshev points: spectrally accurate on smooth coefficients.
 
+    What is remembered is looked up between the points by their polynomial, so that delays may have any length.
+
     Attributes:
         nodes: collocation points per piece, both ends included (the thesis' codes count so, too).
         aligned: end the pieces at the jumps of the coefficients and pass parts without force exactly. False
-            gives the thesis' single interval from phase 0, which loses its accuracy over a jump.
-        full: keep the history of the whole state (the thesis' operator) and not only of the output. Same
-            nonzero multipliers, at N ≈ d·nodes instead of d + r·nodes.
+            gives the thesis' single interval from phase 0, which loses its accuracy over a jump; it takes systems
+            whose only delay is the period.
+        full: keep the history of the whole state (the thesis' operator) and not only of what is remembered. Same
+            nonzero multipliers, at N ≈ d·nodes instead of d + r·nodes; of systems whose only delay is the period.
     """
 
     nodes: int = 40
@@ -73,15 +80,18 @@ class Chebyshev:
         _checks.choice("full", self.full, (True, False))
 
     def operator(self, system: DelaySystem) -> MonodromyOperator:
-        """The monodromy operator; its state is (z, y at the earlier collocation points of the delay)."""
+        """The monodromy operator; its state is (z, w at the earlier collocation points of the longest delay)."""
         return in_form(self._operator, system, self.full)
 
     def size(self, system: DelaySystem) -> int:
-        """N: d + r·(nodes − 1) per piece in contact, less the last point where it is z itself."""
-        pieces = self._pieces(system)
-        outputs = system.state_size if self.full else system.output_size
-        stored = (self.nodes - 1) * sum(piece.idle is not True for piece in pieces)
-        return system.state_size + outputs * (stored - (pieces[-1].idle is not True))
+        """N: d + m·(nodes − 1) per piece that the longest delay reaches back, less the last point where it is z itself.
+
+        Where delays are not the period, the start of the oldest piece is stored as well.
+        """
+        mesh = self._mesh(system)
+        remembered = system.state_size if self.full else np.shape(system.recalled)[1]
+        stored = (self.nodes - 1) * mesh.history + (not mesh.repeats)
+        return system.state_size + remembered * (stored - (mesh.gap is None))
 
     def finer(self) -> "Chebyshev":
         """The same with half as many nodes again."""
@@ -89,98 +99,172 @@ class Chebyshev:
 
     def resolved_radians(self, system: DelaySystem) -> float:
         """π points per wave at the middle of the widest piece, less the points that convergence takes."""
-        lengths = [piece.length for piece in self._pieces(system) if piece.idle is not True]
-        return max(2.0 * (self.nodes - 8), 0.0) / max(float(length) for length in lengths)
+        return max(2.0 * (self.nodes - 8), 0.0) / float(np.max(self._mesh(system).length))
 
-    def _pieces(self, system: DelaySystem) -> tuple[Piece, ...]:
-        return pieces_of(system) if self.aligned else (Piece(0.0, 1.0, False),)
+    def _mesh(self, system: DelaySystem) -> Mesh:
+        if self.aligned:
+            return mesh_of(system)
+        if not system.repeats:
+            raise ValueError("aligned = False takes systems whose only delay is the period; leave it out")
+        return Mesh(jnp.zeros(1), jnp.ones(1), None, 1, True, False)
 
     def _operator(self, system: DelaySystem) -> MonodromyOperator:
-        pieces = self._pieces(system)
-        points, weights = chebyshev_points(self.nodes), quadrature_weights(self.nodes)
-        size, state, r = self.size(system), system.state_size, system.output_size
-        block = r * (self.nodes - 1)
-        output = system.output_matrix()
-        identity = jnp.eye(size, dtype=jnp.result_type(system.blocks))
-        current = identity[:state]
-        # Past the last stored point, the history ends in the output of z itself.
-        history = jnp.concatenate([identity[state:], output @ current])
-        stored, phases, quadrature, motion = [], [], [], []
-        for piece in pieces:
-            if piece.idle is True:
-                fine = chebyshev_points(2 * self.nodes)
-                flight = _free_flight(system, piece.length * fine, output)
-                motion.append(jnp.einsum("srd,dn->srn", flight, current))
-                phases.append(piece.start + piece.length * fine)
-                quadrature.append(piece.length * quadrature_weights(2 * self.nodes))
-                current = _propagate(system, piece.length, current)
-                continue
-            phase = piece.start + piece.length * points
-            inside = piece.start + piece.length / 2
-            present, (of_delayed,) = system.within(inside, phase[1:]) if self.aligned else system.at(phase[1:])
-            delayed, history = history[:block], history[block:]
-            values, end = self._through(system, piece, (present, of_delayed), current, delayed)
-            samples = jnp.concatenate([output @ current, values]).reshape(self.nodes, r, size)
-            stored.append(values)
-            motion.append(samples)
-            phases.append(phase)
-            quadrature.append(piece.length * weights)
-            current = end
-        matrix = jnp.concatenate([current, *stored])[:size]
-        return MonodromyOperator(matrix, jnp.concatenate(phases), jnp.concatenate(quadrature), jnp.concatenate(motion))
+        mesh, q, d = self._mesh(system), self.nodes - 1, system.state_size
+        output, memory = system.output_matrix(), dense_outputs(system.recalled)
+        r, m = len(output), len(memory)
+        identity = jnp.eye(self.size(system), dtype=jnp.result_type(system.blocks))
+        # Where no flight follows the last piece, the past ends in what is remembered of z itself.
+        past = identity[d:] if mesh.gap is not None else jnp.concatenate([identity[d:], memory @ identity[:d]])
+        response = self._response(system, mesh)
+        forces = self._forces(system, mesh)
+        found = None if mesh.repeats else _looked_up(system, mesh, self.nodes)
+        flights = None if mesh.gap is None else _flights(system, mesh.gap, chebyshev_points(2 * self.nodes), output)
 
-    def _through(
-        self,
-        system: DelaySystem,
-        piece: Piece,
-        feedback: tuple[Array, Array],
-        start: Array,
-        delayed: Array,
-    ) -> tuple[Array, Array]:
-        """The outputs at a piece's points and the state at its end, from its start and the delayed outputs."""
-        free, forced, free_end, forced_end = collocated_response(system, piece, self.nodes)
-        q, r = self.nodes - 1, system.output_size
-        current_force, delayed_force = feedback
-        width = jnp.shape(start)[-1]
+        def acted(coefficient: Array, values: Array) -> Array:
+            """Forces (q·e, N) of values (q·r, N)."""
+            each = values.reshape(q, jnp.shape(coefficient)[2], -1)
+            return jnp.einsum("qab,qbn->qan", coefficient, each).reshape(q * jnp.shape(coefficient)[1], -1)
 
-        def apply(coefficient: Array, values: Array) -> Array:
-            stacked = jnp.einsum("qab,qbn->qan", coefficient, values.reshape(q, r, width))
-            return stacked.reshape(q * r, width)
+        def remembered(values: Array) -> Array:
+            return values[:-d][-q * m :]
 
-        push = apply(delayed_force, delayed)
-        looped = jnp.einsum("pqb,qbc->pqc", forced.reshape(q * r, q, r), current_force).reshape(q * r, q * r)
-        unit = jnp.eye(q * r, dtype=jnp.result_type(looped))
-        values = jnp.linalg.solve(unit - looped, free @ start + forced @ push)
-        force = apply(current_force, values) + push
-        return values, free_end @ start + forced_end @ force
+        def over(state: tuple[Array, Array], piece: Any) -> tuple[tuple[Array, Array], Any]:
+            z, past = state
+            (by_start, by_force), forces, found, flights = piece
+            free = by_start @ z
+            driven, looped = acted(forces.present, free[: q * r]), acted(forces.present, by_force[: q * r])
+            for index, coefficient in enumerate(forces.delayed):
+                if found is None:
+                    # What acts was at the points of the oldest piece.
+                    driven = driven + acted(coefficient, past[: q * m])
+                    continue
+                earlier, recent = found.earlier[index], found.recent
+                driven = driven + acted(coefficient, earlier @ past.reshape(-1, m * len(identity)))
+                if recent is not None:
+                    both = remembered(free), remembered(by_force)
+                    late = [recent[index] @ part.reshape(q, -1) for part in both]
+                    driven, looped = driven + acted(coefficient, late[0]), looped + acted(coefficient, late[1])
+            force = jnp.linalg.solve(jnp.eye(len(looped), dtype=looped.dtype) - looped, driven)
+            values = free + by_force @ force
+            samples = jnp.concatenate([output @ z, values[: q * r]]).reshape(self.nodes, r, -1)
+            past = jnp.concatenate([past[q * m :], remembered(values)])
+            if flights is None:
+                return (values[-d:], past), (samples, None)
+            flown, through = flights
+            return (through @ values[-d:], past), (samples, jnp.einsum("srd,dn->srn", flown, values[-d:]))
+
+        few = mesh.pieces <= _FEW
+        steps = response, forces, found, flights
+        (z, past), motion = jax.lax.scan(over, (identity[:d], past), steps, unroll=few or 1)
+        matrix = jnp.concatenate([z, past])[: len(identity)]
+        return MonodromyOperator(matrix, *self._samples(mesh, *motion))
+
+    def _response(self, system: DelaySystem, mesh: Mesh) -> tuple[Array, Array]:
+        """``collocated_response`` over all pieces."""
+        idle = [piece.idle for piece in pieces_of(system) if piece.idle is not True] if mesh.repeats else []
+        if not self.aligned or all(mark is False for mark in idle):
+            return jax.vmap(lambda length: collocated_response(system, length, self.nodes))(mesh.length)
+        marks = jnp.stack([jnp.asarray(mark) for mark in idle])
+        return jax.vmap(lambda *piece: collocated_response(system, piece[0], self.nodes, piece[1]))(mesh.length, marks)
+
+    def _forces(self, system: DelaySystem, mesh: Mesh) -> Forces:
+        """The coefficients at the points after the start of every piece, (M, q, e, r)."""
+
+        def over(start: Array, length: Array) -> Forces:
+            phase = start + length * chebyshev_points(self.nodes)[1:]
+            return system.within(start + length / 2, phase) if self.aligned else system.at(phase)
+
+        return jax.vmap(over)(mesh.start, mesh.length)
+
+    def _samples(self, mesh: Mesh, crossed: Array, flown: Array | None) -> tuple[Array, Array, Array]:
+        """Phases, weights and outputs (S, r, N) at the points of all pieces, and of what follows each without force."""
+
+        def over(start: Array, length: Array, samples: Array) -> tuple[Array, Array, Array]:
+            count = jnp.shape(samples)[1]
+            return (
+                start[:, None] + length[:, None] * chebyshev_points(count),
+                length[:, None] * quadrature_weights(count),
+                samples,
+            )
+
+        parts = [over(mesh.start, mesh.length, crossed)]
+        if flown is not None:
+            parts.append(over(mesh.start + mesh.length, mesh.gap, flown))
+        phase, weight, output = (jnp.concatenate(part, axis=1) for part in zip(*parts, strict=True))
+        return phase.ravel(), weight.ravel(), output.reshape(-1, *jnp.shape(output)[2:])
 
 
-def collocated_response(system: DelaySystem, piece: Piece, nodes: int) -> tuple[Array, Array, Array, Array]:
+def collocated_response(
+    system: DelaySystem, length: Array, nodes: int, idle: Array | None = None
+) -> tuple[Array, Array]:
     """The structure's response over a piece, without the feedback: it depends on the speed, not on the gain.
 
-    With q = nodes − 1 points after the start: outputs from the start state, (q·r, d), and from the forces at
-    the points, (q·r, q·r); end state from the start state, (d, d), and from the forces, (d, q·r). Each block
-    of A is collocated by itself, which is (3.13)-(3.15) row for row.
+    With q = nodes − 1 points after the start, from the start state, (rows, d), and from the forces at the points,
+    (rows, q·e): outputs at the points, what is remembered there where that is not the outputs, and the end state. Each
+    block of A is collocated by itself, which is (3.13)-(3.15) row for row. A piece that may be ``idle``, without force,
+    is then passed exactly.
     """
-    blocks, inputs, outputs = system.blocks, system.inputs, system.outputs
-    n, s, r = jnp.shape(inputs)
+    blocks, inputs = system.blocks, system.inputs
+    n, s, e = jnp.shape(inputs)
     q = nodes - 1
     derivative = differentiation_matrix(nodes)
-    duration = system.period * piece.length
+    duration = system.period * length
     unit = np.eye(s)
     left = np.kron(derivative[1:, 1:], unit) - duration * _kron(np.eye(q), blocks)
     by_start = jnp.broadcast_to(np.kron(-derivative[1:, :1], unit), (n, q * s, s))
     by_force = duration * _kron(np.eye(q), inputs)
     response = jnp.linalg.solve(left, jnp.concatenate([by_start, by_force], axis=-1)).reshape(n, q, s, -1)
     start, force = response[..., :s], response[..., s:]
-    if piece.idle is not False:
-        # Whether the piece is in contact is not known before tracing: without force, pass it exactly.
+    if idle is not None:
         exact = exponential(duration * chebyshev_points(nodes)[1:, None, None] * blocks[:, None])
-        start = jnp.where(piece.idle, exact, start)
-    free = jnp.einsum("nrs,nqsa->qrna", outputs, start).reshape(q * r, n * s)
-    forced = jnp.einsum("nrs,nqsa->qra", outputs, force).reshape(q * r, q * r)
-    spread = jnp.einsum("nab,nm->namb", start[:, -1], jnp.eye(n, dtype=jnp.result_type(blocks)))
-    return free, forced, spread.reshape(n * s, n * s), force[:, -1].reshape(n * s, q * r)
+        start = jnp.where(idle, exact, start)
+    kept = [system.outputs] if system.remembered is None else [system.outputs, system.remembered]
+    free = [jnp.einsum("nrs,nqsa->qrna", seen, start).reshape(-1, n * s) for seen in kept]
+    forced = [jnp.einsum("nrs,nqsa->qra", seen, force).reshape(-1, q * e) for seen in kept]
+    through = jnp.einsum("nab,nm->namb", start[:, -1], jnp.eye(n, dtype=jnp.result_type(blocks))).reshape(n * s, n * s)
+    return jnp.concatenate([*free, through]), jnp.concatenate([*forced, force[:, -1].reshape(n * s, q * e)])
+
+
+class _Found(NamedTuple):
+    """What delays bring to the points of every piece: from the points of the past, the start of the oldest piece first,
+    (M, K, q, H·q + 1), and, if a delay may be that short, from those of the piece itself after its start, (M, K, q, q).
+    """
+
+    earlier: Array
+    recent: Array | None
+
+
+def _looked_up(system: DelaySystem, mesh: Mesh, nodes: int) -> _Found:
+    q, history = nodes - 1, mesh.history
+    points = chebyshev_points(nodes)
+    slot, inside = places(system, mesh, points[1:])
+    weights = _polynomials(2 * inside - 1, nodes) @ _synthesis(nodes)
+    here = (jnp.arange(history + 1) == slot[..., None])[..., None]
+    # The last point of a piece is the first of the next.
+    by_first = (here * weights[..., None, :q]).reshape(*jnp.shape(slot), -1)
+    last = jnp.pad(here * weights[..., None, q:], [(0, 0)] * (np.ndim(slot) + 1) + [(q - 1, 0)])
+    one = [(0, 0)] * np.ndim(slot)
+    by_point = jnp.pad(by_first, [*one, (0, 1)]) + jnp.pad(last.reshape(*jnp.shape(slot), -1), [*one, (1, 0)])
+    earlier, recent = jnp.split(by_point, [history * q + 1], axis=-1)
+    return _Found(earlier, recent if mesh.recent else None)
+
+
+def _synthesis(nodes: int) -> np.ndarray:
+    """Chebyshev terms from samples at ``chebyshev_points``, (terms, points)."""
+    order = np.arange(nodes)
+    ends = np.where((order == 0) | (order == nodes - 1), 0.5, 1.0)
+    # The points rise, so that x = −cos.
+    cosines = np.cos(np.pi * np.outer(order, order) / (nodes - 1))
+    return 2 / (nodes - 1) * (-1.0) ** order[:, None] * ends[:, None] * cosines * ends
+
+
+def _polynomials(x: Array, count: int) -> Array:
+    """T_0 … T_{count−1} (DLMF 18.9.2), along a new last axis."""
+
+    def next_one(pair: tuple[Array, Array], _: None) -> tuple[tuple[Array, Array], Array]:
+        return (pair[1], 2 * x * pair[1] - pair[0]), pair[0]
+
+    return jnp.moveaxis(jax.lax.scan(next_one, (jnp.ones_like(x), x), None, length=count, unroll=8)[1], 0, -1)
 
 
 def _kron(left: np.ndarray, right: Array) -> Array:
@@ -190,14 +274,11 @@ def _kron(left: np.ndarray, right: Array) -> Array:
     return jnp.einsum("ij,nab->niajb", left, right).reshape(n, rows * a, columns * b)
 
 
-def _propagate(system: DelaySystem, length: Array, state: Array) -> Array:
+def _flights(system: DelaySystem, gap: Array, points: np.ndarray, output: Array) -> tuple[Array, Array]:
+    """Over gaps (M,) without force: outputs at points of each, (M, p, r, d), and the end state, (M, d, d)."""
     n, s = jnp.shape(system.blocks)[:2]
-    steps = exponential(system.period * length * system.blocks)
-    return jnp.einsum("nab,nbk->nak", steps, state.reshape(n, s, -1)).reshape(n * s, -1)
-
-
-def _free_flight(system: DelaySystem, lengths: Array, output: Array) -> Array:
-    n, s = jnp.shape(system.blocks)[:2]
-    steps = exponential(system.period * lengths[:, None, None, None] * system.blocks)
-    parts = output.reshape(-1, n, s)
-    return jnp.einsum("rna,pnab->prnb", parts, steps).reshape(len(lengths), -1, n * s)
+    times = gap[:, None] * points
+    steps = exponential(system.period * times[..., None, None, None] * system.blocks)
+    flown = jnp.einsum("rna,mpnab->mprnb", output.reshape(-1, n, s), steps)
+    through = jnp.einsum("mnab,nk->mnakb", steps[:, -1], jnp.eye(n, dtype=jnp.result_type(steps)))
+    return flown.reshape(*jnp.shape(times), -1, n * s), through.reshape(-1, n * s, n * s)

@@ -17,11 +17,11 @@ MOST_NODES = 2000
 
 @pytree()
 class MonodromyOperator:
-    """The map of the history of one delay onto the next, and the motion that a state stands for.
+    """The map of a history onto the one a period later, and the motion that a state stands for.
 
     Attributes:
         matrix: the map, (N, N); its eigenvalues are the Floquet multipliers.
-        phase: sampling phases t/τ of the motion, (S,), in [start, start + 1].
+        phase: sampling phases t/T of the motion, (S,), in [start, start + 1].
         weight: quadrature weights of the samples, (S,), summing to 1.
         motion: y at the samples, over the period after a state, as a linear map of that state, (S, r, N).
     """
@@ -33,9 +33,13 @@ class MonodromyOperator:
 
 
 def in_form(build: Callable[[DelaySystem], MonodromyOperator], system: DelaySystem, full: bool) -> MonodromyOperator:
-    """An operator on the history of the output, or, if ``full``, on that of the whole state (C = I)."""
+    """An operator on the history of what is remembered, or, if ``full``, on that of the whole state (C = I)."""
     if not full:
         return build(system)
+    if not system.repeats or system.remembered is not None:
+        raise ValueError(
+            "full = True takes systems that remember what acts now and whose only delay is the period; leave it out"
+        )
     operator = build(whole_state(system))
     motion = jnp.einsum("ra,san->srn", system.output_matrix(), operator.motion)
     return MonodromyOperator(operator.matrix, operator.phase, operator.weight, motion)
@@ -57,7 +61,7 @@ class Method(Protocol):
         ...
 
     def resolved_radians(self, system: DelaySystem) -> float:
-        """Largest ω τ (rad of oscillation per delay) that the method's samples can follow."""
+        """Largest ω T (rad of oscillation per period) that the method's samples can follow."""
         ...
 
 

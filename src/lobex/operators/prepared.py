@@ -12,6 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex._pytree import pytree
+from lobex.operators.lookup import pieces_back, places
 from lobex.operators.moments import legendre_values
 from lobex.operators.response import Response, forced_response, free_response, gauss_nodes
 from lobex.systems.mesh import Mesh, mesh_of
@@ -98,7 +99,7 @@ def prepare(system: DelaySystem, nodes: int, in_flight: int) -> Prepared:
     width = nodes * system.force_size
     size = d + history * width
     # The pieces of the past of each piece, oldest first.
-    before = (np.arange(count)[:, None] + np.arange(-history, 0)) % count
+    before = pieces_back(mesh)[:, :-1]
 
     def past(order: Array) -> Array:
         """z at the start of every piece of the past, and now, (H + 1, d, N)."""
@@ -117,7 +118,7 @@ def prepare(system: DelaySystem, nodes: int, in_flight: int) -> Prepared:
         recalled = response.recalled[before[:, 0]]
         remembered, recent = jnp.pad(recalled, ((0, 0), (0, 0), (0, size - d - width)))[:, None], None
     else:
-        remembered, recent = _looked_up(system, mesh, response, states, before, nodes)
+        remembered, recent = _looked_up(system, mesh, response, states, nodes)
     delays = jnp.shape(remembered)[1]
     past_rows = [response.free @ now, remembered.reshape(count, -1, size), now, response.through @ now, states[:, 1]]
     force_rows = [response.forced, response.push, *([] if recent is None else [recent.reshape(count, -1, width)])]
@@ -131,30 +132,18 @@ def prepare(system: DelaySystem, nodes: int, in_flight: int) -> Prepared:
 
 
 def _looked_up(
-    system: DelaySystem, mesh: Mesh, response: Response, states: Array, before: np.ndarray, nodes: int
+    system: DelaySystem, mesh: Mesh, response: Response, states: Array, nodes: int
 ) -> tuple[Array, Array | None]:
     """What every delay brings to the nodes of every piece, from the past and from the forces of the same piece."""
     d, size = system.state_size, jnp.shape(states)[-1]
     count, history = mesh.pieces, mesh.history
     width = nodes * system.force_size
-    points = gauss_nodes(nodes)[0]
     m = jnp.shape(system.recalled)[1]
     recalled = response.recalled.reshape(count, -1, m, d + width)
     of_state, of_force = recalled[..., :d], recalled[..., d:]
     synthesis = _synthesis(_FINER * nodes + _MORE)
-    # Starts of the pieces of the past and of the piece itself, (M, H + 1).
-    turns = (np.arange(count)[:, None] + np.arange(-history, 1)) // count
-    order = np.concatenate([before, np.arange(count)[:, None]], axis=1)
-    starts, lengths = mesh.start[order] + turns, mesh.length[order]
 
-    def at_piece(starts: Array, lengths: Array, order: Array, states: Array) -> tuple[Array, Array]:
-        phase = starts[-1] + lengths[-1] * points
-        shares = jnp.stack([delay.shares(phase, system.period) for delay in system.delays])
-        place = phase - shares
-        slot: Any = jnp.sum(place[..., None] >= starts[1:], axis=-1)
-        inside = (place - starts[slot]) / jnp.where(lengths[slot] > 0, lengths[slot], 1.0)
-        # Earlier than what is remembered, or later than now: no number, rather than a wrong one.
-        inside: Array = jnp.where((inside >= -1e-6) & (shares >= 0), inside, jnp.nan)
+    def at_piece(slot: Array, inside: Array, order: Array, states: Array) -> tuple[Array, Array]:
         weights = _legendre(2 * inside - 1, len(synthesis)) @ synthesis
         by_force = jnp.einsum("kqf,kqfmw->kqmw", weights, of_force[order[slot]])
         row = jnp.einsum("kqf,kqfmd->kqmd", weights, of_state[order[slot]])
@@ -167,7 +156,8 @@ def _looked_up(
         rows = len(system.delays), nodes * m
         return whole.reshape(*rows, size), recent.reshape(*rows, width)
 
-    remembered, recent = jax.vmap(at_piece)(starts, lengths, jnp.asarray(order), states)
+    order = jnp.asarray(pieces_back(mesh))
+    remembered, recent = jax.vmap(at_piece)(*places(system, mesh, gauss_nodes(nodes)[0]), order, states)
     return remembered, recent if mesh.recent else None
 
 

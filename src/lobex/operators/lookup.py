@@ -1,0 +1,50 @@
+"""Where delays find what is remembered: in which piece of the past, at which place of it."""
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from lobex.systems.mesh import Mesh
+from lobex.systems.system import DelaySystem
+
+Array = Any
+
+# Of a piece, what rounding may put before the oldest one that is remembered.
+_ROUNDING = 1e-6
+
+
+def pieces_back(mesh: Mesh) -> np.ndarray:
+    """The numbers of the H pieces before each piece, oldest first, and its own, (M, H + 1)."""
+    return (np.arange(mesh.pieces)[:, None] + np.arange(-mesh.history, 1)) % mesh.pieces
+
+
+def places(system: DelaySystem, mesh: Mesh, points: np.ndarray) -> tuple[Array, Array]:
+    """Where each of K delays finds what acts at points of every piece.
+
+    Args:
+        system: the delay system.
+        mesh: its mesh.
+        points: places within a piece, from 0 to 1, (q,).
+
+    Returns:
+        Which of the H pieces before, oldest first, or H for the piece itself, and where within it, from 0 to 1; both
+        (M, K, q). A delay that is negative, or longer or shorter than the system says, is found nowhere: NaN.
+    """
+    turns = (np.arange(mesh.pieces)[:, None] + np.arange(-mesh.history, 1)) // mesh.pieces
+    order = pieces_back(mesh)
+
+    def at_piece(starts: Array, lengths: Array) -> tuple[Array, Array]:
+        phase = starts[-1] + lengths[-1] * points
+        shares = jnp.stack([delay.shares(phase, system.period) for delay in system.delays])
+        place = phase - shares
+        slot: Any = jnp.sum(place[..., None] >= starts[1:], axis=-1)
+        inside = (place - starts[slot]) / jnp.where(lengths[slot] > 0, lengths[slot], 1.0)
+        reached = (inside >= -_ROUNDING) & (shares >= 0)
+        if not mesh.recent:
+            reached &= (slot < mesh.history) | (inside <= _ROUNDING)
+        # No number, rather than a wrong one.
+        return slot, jnp.where(reached, inside, jnp.nan)
+
+    return jax.vmap(at_piece)(mesh.start[order] + turns, mesh.length[order])
