@@ -277,8 +277,9 @@ def _kron(left: np.ndarray, right: Array) -> Array:
 def _flights(system: DelaySystem, gap: Array, points: np.ndarray, output: Array) -> tuple[Array, Array]:
     """Over gaps (M,) without force: outputs at points of each, (M, p, r, d), and the end state, (M, d, d)."""
     n, s = jnp.shape(system.blocks)[:2]
-    times = gap[:, None] * points
-    steps = exponential(system.period * times[..., None, None, None] * system.blocks)
+    steps = exponential(system.period * (gap[:, None] * points)[..., None, None, None] * system.blocks)
     flown = jnp.einsum("rna,mpnab->mprnb", output.reshape(-1, n, s), steps)
-    through = jnp.einsum("mnab,nk->mnakb", steps[:, -1], jnp.eye(n, dtype=jnp.result_type(steps)))
-    return flown.reshape(*jnp.shape(times), -1, n * s), through.reshape(-1, n * s, n * s)
+    # By itself, since where motions are not asked for the others go unused.
+    whole = exponential(system.period * gap[:, None, None, None] * system.blocks)
+    through = jnp.einsum("mnab,nk->mnakb", whole, jnp.eye(n, dtype=jnp.result_type(whole)))
+    return flown.reshape(*jnp.shape(flown)[:3], n * s), through.reshape(-1, n * s, n * s)

@@ -1,7 +1,8 @@
 """Semi-discretization of the monodromy operator by matrix exponentials, (3.16)-(3.23) and (3.29)."""
 
 from dataclasses import replace
-from typing import Any
+from math import factorial
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -11,33 +12,37 @@ from lobex import _checks
 from lobex._pytree import pytree
 from lobex.operators.exponential import exponential
 from lobex.operators.operator import MonodromyOperator, in_form
+from lobex.systems.delays import Delay, WholePeriod
 from lobex.systems.mesh import pieces_of
-from lobex.systems.system import DelaySystem
+from lobex.systems.system import DelaySystem, dense_outputs
 
 Array = Any
 
-_MOST_STEPS = 5000
-
-# The delayed output over a step as a polynomial in the step's phase: rows are powers over factorials, columns
-# the samples at the step's start, its end, and one step on. Order 0 is w_a = w_b = 1/2 of (3.17), orders 1
-# and 2 are Lagrange polynomials (Insperger and Stépán, 2011, ch. 3).
-_DELAYED = {
-    0: np.array([[0.5, 0.5]]),
+# The polynomial through samples at 0, 1, … as powers over factorials: rows are powers, columns samples.
+_THROUGH = {
     1: np.array([[1.0, 0.0], [-1.0, 1.0]]),
     2: np.array([[1.0, 0.0, 0.0], [-1.5, 2.0, -0.5], [1.0, -2.0, 1.0]]),
 }
+_MOST_STEPS = 5000
+# A loop over so few stretches is written out.
+_FEW = 4
+# Of a step, what rounding may add to a delay.
+_ROUNDING = 1e-6
 
 
 @pytree(static=("steps", "order", "full"))
 class SemiDiscretization:
     """Steps with averaged coefficients and an interpolated delay, each solved exactly.
 
-    Second order in the step for every order on periodic coefficients, since these are averaged.
+    Second order in the step for every order on periodic coefficients, since these are averaged. A delay need be no
+    whole number of steps: what it brings is a polynomial through the samples about it (Insperger and Stépán, 2011,
+    ch. 3). One that varies is held over each step at its value in the middle, which is of second order as well.
 
     Attributes:
-        steps: equal steps k per delay.
-        order: degree of the delayed output over a step, 0, 1 or 2; 0 takes the mean of its ends.
-        full: keep the history of the whole state and not only of the output.
+        steps: equal steps k per period.
+        order: degree of the delayed output over a step, 0, 1 or 2; 0 takes its value in the middle of the step.
+        full: keep the history of the whole state and not only of what is remembered; of systems whose only delay is the
+            period.
     """
 
     steps: int = 40
@@ -50,13 +55,13 @@ class SemiDiscretization:
         _checks.choice("full", self.full, (True, False))
 
     def operator(self, system: DelaySystem) -> MonodromyOperator:
-        """The monodromy operator; its state is (z, y one step ago, …, y k steps ago)."""
+        """The monodromy operator; its state is (z, w one step ago, w two steps ago, …) as far as delays reach back."""
         return in_form(self._operator, system, self.full)
 
     def size(self, system: DelaySystem) -> int:
-        """N = d + r·steps."""
-        outputs = system.state_size if self.full else system.output_size
-        return system.state_size + outputs * self.steps
+        """N = d + m·(steps that the longest delay reaches back)."""
+        remembered = system.state_size if self.full else np.shape(system.recalled)[1]
+        return system.state_size + remembered * self._reach(system.longest)
 
     def finer(self) -> "SemiDiscretization":
         """The same with twice as many steps."""
@@ -66,61 +71,131 @@ class SemiDiscretization:
         """Eight steps per wave."""
         return 2 * np.pi * self.steps / 8
 
+    def _reach(self, share: float) -> int:
+        """How many steps before its own the oldest sample lies that a delay, as a share of the period, brings.
+
+        The samples are those about the middle of the step, and none is later than now.
+        """
+        nearest = np.ceil(share * self.steps - _ROUNDING) if self.order == 2 else np.floor(share * self.steps + 0.5)
+        return int(max(nearest, self.order, 1))
+
     def _operator(self, system: DelaySystem) -> MonodromyOperator:
-        k, state, r = self.steps, system.state_size, system.output_size
-        output = system.output_matrix()
+        k, d = self.steps, system.state_size
+        output, memory = system.output_matrix(), dense_outputs(system.recalled)
+        m, reach = len(memory), self._reach(system.longest)
         identity = jnp.eye(self.size(system), dtype=jnp.result_type(system.blocks))
-        start = identity[:state]
-        oldest_first = identity[state:].reshape(k, r, -1)[::-1]
-        history = jnp.concatenate([oldest_first, (output @ start)[None]])
-        origin = pieces_of(system)[0].start
-        edges = origin + jnp.arange(k + 1) / k
-        propagators, responses = self._steps(system, edges)
+        start = identity[:d]
+        oldest_first = identity[d:].reshape(reach, m, -1)[::-1]
+        past = jnp.concatenate([oldest_first, (memory @ start)[None]])
+        edges = pieces_of(system)[0].start + jnp.arange(k + 1) / k
+        brought = [self._brought(system, delay, edges) for delay in system.delays]
 
         def advance(z: Array, step: tuple[Array, Array, Array]) -> tuple[Array, Array]:
             propagator, response, delayed = step
             z = propagator @ z + jnp.einsum("dpr,prn->dn", response, delayed)
             return z, z
 
-        samples = np.shape(_DELAYED[self.order])[1]
-        if samples == 3:
-            # The last step reaches one step beyond the delay, to the output after the first step.
-            first = advance(start, (propagators[0], responses[0], history[:3]))[0]
-            history = jnp.concatenate([history, (output @ first)[None]])
-        delayed = jnp.stack([history[p : p + k] for p in range(samples)], axis=1)
-        end, states = jax.lax.scan(advance, start, (propagators, responses, delayed))
-        outputs = jnp.einsum("rd,kdn->krn", output, states)
-        # The next state holds y one step ago first; y now is z itself.
-        kept = jnp.concatenate([(output @ start)[None], outputs[:-1]])[::-1]
-        matrix = jnp.concatenate([end, kept.reshape(k * r, -1)])
-        motion = jnp.concatenate([(output @ start)[None], outputs])
+        def over(state: tuple[Array, Array], steps: Any) -> tuple[tuple[Array, Array], Array]:
+            z, past = state
+            propagators, responses, oldest = steps
+            delayed = [self._samples(past, back, len(propagators)) for back in oldest]
+            z, states = jax.lax.scan(advance, z, (propagators, responses, jnp.concatenate(delayed, axis=1)))
+            return (z, jnp.concatenate([past, jnp.einsum("md,kdn->kmn", memory, states)])[len(states) :]), states
+
+        # As many steps are taken at once as the shortest delay lets be known before.
+        stretch = min(self._reach(system.shortest) - max(self.order, 1) + 1, k)
+        count, rest = divmod(k, stretch)
+        steps = *self._steps(system, edges, brought), tuple(part.oldest for part in brought)
+        whole = jax.tree.map(lambda part: part[: k - rest].reshape(count, stretch, *part.shape[1:]), steps)
+        state, states = jax.lax.scan(over, (start, past), whole, unroll=count <= _FEW or 1)
+        states = states.reshape(k - rest, d, -1)
+        if rest:
+            state, last = over(state, jax.tree.map(lambda part: part[k - rest :], steps))
+            states = jnp.concatenate([states, last])
+        end, past = state
+        # The next state holds w one step ago first; w now is of z itself.
+        matrix = jnp.concatenate([end, past[:-1][::-1].reshape(reach * m, -1)])
+        motion = jnp.concatenate([(output @ start)[None], jnp.einsum("rd,kdn->krn", output, states)])
         weight = jnp.asarray(np.r_[0.5, np.ones(k - 1), 0.5] / k, dtype=matrix.dtype)
         return MonodromyOperator(matrix, edges, weight, motion)
 
-    def _steps(self, system: DelaySystem, edges: Array) -> tuple[Array, Array]:
-        """Propagators (k, d, d) and the responses to the delayed samples (k, d, samples, r) of all steps."""
-        k, state, r = self.steps, system.state_size, system.output_size
-        weights = _DELAYED[self.order]
-        powers = len(weights)
+    def _brought(self, system: DelaySystem, delay: Delay, edges: Array) -> "_Brought":
+        """The samples that a delay brings to every step."""
+        k = self.steps
+        if isinstance(delay, WholePeriod):
+            return _Brought(None, _polynomials(self.order, 0.0))
+        steps = k * delay.shares((edges[:-1] + edges[1:]) / 2, system.period)
+        nearest = jnp.ceil(steps - _ROUNDING) if self.order == 2 else jnp.floor(steps + 0.5)
+        least, most = self._reach(system.shortest), self._reach(system.longest)
+        oldest = jnp.clip(nearest, least, most)
+        over = (nearest > most) & (steps > system.longest * k + _ROUNDING)
+        under = (nearest < least) & (steps < system.shortest * k - _ROUNDING)
+        # A delay that is not what the system says makes no number, rather than a wrong one.
+        late = jnp.where(over | under | (steps < 0), jnp.nan, oldest - steps)
+        return _Brought(oldest.astype(int), jax.vmap(lambda late: _polynomials(self.order, late))(late))
+
+    def _samples(self, past: Array, oldest: Array | None, count: int) -> Array:
+        """What a delay brings to the next ``count`` steps, (count, samples, m, N)."""
+        samples = max(self.order, 1) + 1
+        now = len(past) - 1
+        if oldest is None:
+            first = now - self.steps
+            return jnp.stack([past[first + p : first + p + count] for p in range(samples)], axis=1)
+        return past[now - oldest[:, None] + jnp.arange(count)[:, None] + jnp.arange(samples)]
+
+    def _steps(self, system: DelaySystem, edges: Array, brought: list["_Brought"]) -> tuple[Array, Array]:
+        """Propagators (k, d, d) and the responses to all delayed samples (k, d, samples, m) of all steps."""
+        k, d, e = self.steps, system.state_size, system.force_size
+        powers = self.order + 1
         step = system.period / k
         drift, inputs, output = system.drift(), system.input_matrix(), system.output_matrix()
         ends = (edges[:1], edges[1:2]) if system.constant else (edges[:-1], edges[1:])
-        current, (delayed,) = system.mean(*ends)
+        means = system.mean(*ends)
 
-        def one(current_force: Array, delayed_force: Array) -> tuple[Array, Array]:
+        def one(present: Array, delayed: tuple[Array, ...], weights: tuple[Array, ...]) -> tuple[Array, Array]:
             # exp of the augmented matrix has h φ_p(A h) E beside exp(A h) (Al-Mohy and Higham, 2011): unlike
             # (3.18) it needs no inverse of A.
-            wide = state + r * powers
+            wide = d + e * powers
             augmented = jnp.zeros((wide, wide), dtype=jnp.result_type(drift))
-            augmented = augmented.at[:state, :state].set(step * (drift + inputs @ current_force @ output))
-            augmented = augmented.at[:state, state : state + r].set(step * inputs)
-            augmented = augmented.at[state : wide - r, state + r :].set(jnp.eye(r * (powers - 1)))
-            solution = exponential(augmented)[:state]
-            integrals = solution[:, state:].reshape(state, powers, r)
-            return solution[:, :state], jnp.einsum("dpb,ps,bc->dsc", integrals, weights, delayed_force)
+            augmented = augmented.at[:d, :d].set(step * (drift + inputs @ present @ output))
+            augmented = augmented.at[:d, d : d + e].set(step * inputs)
+            augmented = augmented.at[d : wide - e, d + e :].set(jnp.eye(e * (powers - 1)))
+            solution = exponential(augmented)[:d]
+            integrals = solution[:, d:].reshape(d, powers, e)
+            each = [jnp.einsum("dpb,ps,bc->dsc", integrals, *part) for part in zip(weights, delayed, strict=True)]
+            return solution[:, :d], jnp.concatenate(each, axis=1)
 
-        propagators, responses = jax.vmap(one)(current, delayed)
+        weights = tuple(part.weights for part in brought)
+        axes = 0, 0, tuple(None if np.ndim(part) == 2 else 0 for part in weights)
+        propagators, responses = jax.vmap(one, in_axes=axes)(means.present, means.delayed, weights)
         return (
-            jnp.broadcast_to(propagators, (k, state, state)),
+            jnp.broadcast_to(propagators, (k, d, d)),
             jnp.broadcast_to(responses, (k, *jnp.shape(responses)[1:])),
         )
+
+
+class _Brought(NamedTuple):
+    """What a delay brings to every step.
+
+    Attributes:
+        oldest: how many steps before its own the oldest of its samples lies, (k,); None for a period.
+        weights: powers of the phase of the step over factorials, from the samples: (powers, samples), or (k, powers, samples).
+    """
+
+    oldest: Array | None
+    weights: Array
+
+
+def _polynomials(order: int, late: Any) -> Array:
+    """What a delay brings over a step as powers of the step's phase over factorials, from samples, (powers, samples).
+
+    The step begins ``late`` steps after the oldest sample. Order 0 is the value in the middle of a straight line, w_a
+    and w_b of (3.17); orders 1 and 2 are Lagrange polynomials (Insperger and Stépán, 2011, ch. 3).
+    """
+    late = late + 0.5 * (order == 0)
+    through = _THROUGH[max(order, 1)]
+    # Taylor's shift.
+    shift = sum(
+        (late**p / factorial(p) * np.eye(len(through), k=p) for p in range(1, len(through))), np.eye(len(through))
+    )
+    return (shift @ through)[: order + 1]
