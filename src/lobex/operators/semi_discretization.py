@@ -100,24 +100,29 @@ class SemiDiscretization:
             propagators, responses, oldest = steps
             delayed = [self._samples(past, back, len(propagators)) for back in oldest]
             z, states = jax.lax.scan(advance, z, (propagators, responses, jnp.concatenate(delayed, axis=1)))
-            return (z, jnp.concatenate([past, jnp.einsum("md,kdn->kmn", memory, states)])[len(states) :]), states
+            outputs = jnp.einsum("rd,kdn->krn", output, states)
+            kept = outputs if system.remembered is None else jnp.einsum("md,kdn->kmn", memory, states)
+            return (z, jnp.concatenate([past[len(states) :], kept])), outputs
 
         # As many steps are taken at once as the shortest delay lets be known before.
         stretch = min(self._reach(system.shortest) - max(self.order, 1) + 1, k)
         count, rest = divmod(k, stretch)
         steps = *self._steps(system, edges, brought), tuple(part.oldest for part in brought)
-        whole = jax.tree.map(lambda part: part[: k - rest].reshape(count, stretch, *part.shape[1:]), steps)
-        state, states = jax.lax.scan(over, (start, past), whole, unroll=count <= _FEW or 1)
-        states = states.reshape(k - rest, d, -1)
+        # The first by itself: products with what is the same at all points of a batch are quicker.
+        state, first = over((start, past), jax.tree.map(lambda part: part[:stretch], steps))
+        outputs = [(output @ start)[None], first]
+        if count > 1:
+            many = jax.tree.map(lambda part: part[stretch : k - rest].reshape(-1, stretch, *part.shape[1:]), steps)
+            state, others = jax.lax.scan(over, state, many, unroll=count <= _FEW or 1)
+            outputs.append(others.reshape(-1, *jnp.shape(first)[1:]))
         if rest:
             state, last = over(state, jax.tree.map(lambda part: part[k - rest :], steps))
-            states = jnp.concatenate([states, last])
+            outputs.append(last)
         end, past = state
         # The next state holds w one step ago first; w now is of z itself.
         matrix = jnp.concatenate([end, past[:-1][::-1].reshape(reach * m, -1)])
-        motion = jnp.concatenate([(output @ start)[None], jnp.einsum("rd,kdn->krn", output, states)])
         weight = jnp.asarray(np.r_[0.5, np.ones(k - 1), 0.5] / k, dtype=matrix.dtype)
-        return MonodromyOperator(matrix, edges, weight, motion)
+        return MonodromyOperator(matrix, edges, weight, jnp.concatenate(outputs))
 
     def _brought(self, system: DelaySystem, delay: Delay, edges: Array) -> "_Brought":
         """The samples that a delay brings to every step."""
@@ -179,7 +184,7 @@ class _Brought(NamedTuple):
 
     Attributes:
         oldest: how many steps before its own the oldest of its samples lies, (k,); None for a period.
-        weights: powers of the phase of the step over factorials, from the samples: (powers, samples), or (k, powers, samples).
+        weights: powers of the phase over factorials, from the samples, (powers, samples), or (k, powers, samples).
     """
 
     oldest: Array | None
