@@ -111,7 +111,7 @@ class Chebyshev:
     def _operator(self, system: DelaySystem) -> MonodromyOperator:
         mesh, q, d = self._mesh(system), self.nodes - 1, system.state_size
         output, memory = system.output_matrix(), dense_outputs(system.recalled)
-        r, m = len(output), len(memory)
+        r, m, e = len(output), len(memory), system.force_size
         identity = jnp.eye(self.size(system), dtype=jnp.result_type(system.blocks))
         # Where no flight follows the last piece, the past ends in what is remembered of z itself.
         past = identity[d:] if mesh.gap is not None else jnp.concatenate([identity[d:], memory @ identity[:d]])
@@ -123,35 +123,37 @@ class Chebyshev:
         def acted(coefficient: Array, values: Array) -> Array:
             """Forces (q·e, N) of values (q·r, N)."""
             each = values.reshape(q, jnp.shape(coefficient)[2], -1)
-            return jnp.einsum("qab,qbn->qan", coefficient, each).reshape(q * jnp.shape(coefficient)[1], -1)
-
-        def remembered(values: Array) -> Array:
-            return values[:-d][-q * m :]
+            return jnp.einsum("qab,qbn->qan", coefficient, each).reshape(q * e, -1)
 
         def over(state: tuple[Array, Array], piece: Any) -> tuple[tuple[Array, Array], Any]:
             z, past = state
-            (by_start, by_force), forces, found, flights = piece
-            free = by_start @ z
-            driven, looped = acted(forces.present, free[: q * r]), acted(forces.present, by_force[: q * r])
-            for index, coefficient in enumerate(forces.delayed):
-                if found is None:
-                    # What acts was at the points of the oldest piece.
-                    driven = driven + acted(coefficient, past[: q * m])
-                    continue
-                earlier, recent = found.earlier[index], found.recent
-                driven = driven + acted(coefficient, earlier @ past.reshape(-1, m * len(identity)))
-                if recent is not None:
-                    both = remembered(free), remembered(by_force)
-                    late = [recent[index] @ part.reshape(q, -1) for part in both]
-                    driven, looped = driven + acted(coefficient, late[0]), looped + acted(coefficient, late[1])
-            force = jnp.linalg.solve(jnp.eye(len(looped), dtype=looped.dtype) - looped, driven)
-            values = free + by_force @ force
+            (free, forced, through, push), (present, delayed), found, flights = piece
+            # Of what is seen at the points, outputs come first and what is remembered last, where that is not the same.
+            seen = len(forced)
+            at_once = jnp.einsum("pqb,qbc->pqc", forced.reshape(seen, q, e), present).reshape(seen, q * r)
+            looped = jnp.pad(at_once, ((0, 0), (0, seen - q * r)))
+            # What acts was at the points of the oldest piece, or between those of any.
+            earlier = [past[: q * m]] * len(delayed)
+            if found is not None:
+                earlier = [weights @ past.reshape(-1, m * len(identity)) for weights in found.earlier]
+            driven = sum(map(acted, delayed, earlier), jnp.zeros((q * e, 1)))
+            late = None
+            if found is not None and found.recent is not None:
+                late = sum(jnp.einsum("qab,qj->qajb", *pair) for pair in zip(delayed, found.recent, strict=True))
+                late = jnp.reshape(late, (q * e, q * m))
+                looped = looped + jnp.pad(forced @ late, ((0, 0), (seen - q * m, 0)))
+            unit = jnp.eye(seen, dtype=looped.dtype)
+            values = jnp.linalg.solve(unit - looped, free @ z + forced @ driven)
+            force = acted(present, values[: q * r]) + driven
+            if late is not None:
+                force = force + late @ values[-q * m :]
             samples = jnp.concatenate([output @ z, values[: q * r]]).reshape(self.nodes, r, -1)
-            past = jnp.concatenate([past[q * m :], remembered(values)])
+            past = jnp.concatenate([past[q * m :], values[-q * m :]])
+            z = through @ z + push @ force
             if flights is None:
-                return (values[-d:], past), (samples, None)
-            flown, through = flights
-            return (through @ values[-d:], past), (samples, jnp.einsum("srd,dn->srn", flown, values[-d:]))
+                return (z, past), (samples, None)
+            flown, after = flights
+            return (after @ z, past), (samples, jnp.einsum("srd,dn->srn", flown, z))
 
         steps = response, forces, found, flights
         # The first by itself: products with what is the same at all points of a batch are quicker.
@@ -162,7 +164,7 @@ class Chebyshev:
         matrix = jnp.concatenate([z, past])[: len(identity)]
         return MonodromyOperator(matrix, *self._samples(mesh, *motion))
 
-    def _response(self, system: DelaySystem, mesh: Mesh) -> tuple[Array, Array]:
+    def _response(self, system: DelaySystem, mesh: Mesh) -> tuple[Array, Array, Array, Array]:
         """``collocated_response`` over all pieces."""
         idle = [piece.idle for piece in pieces_of(system) if piece.idle is not True] if mesh.repeats else []
         if not self.aligned or all(mark is False for mark in idle):
@@ -199,13 +201,13 @@ class Chebyshev:
 
 def collocated_response(
     system: DelaySystem, length: Array, nodes: int, idle: Array | None = None
-) -> tuple[Array, Array]:
+) -> tuple[Array, Array, Array, Array]:
     """The structure's response over a piece, without the feedback: it depends on the speed, not on the gain.
 
-    With q = nodes − 1 points after the start, from the start state, (rows, d), and from the forces at the points,
-    (rows, q·e): outputs at the points, what is remembered there where that is not the outputs, and the end state. Each
-    block of A is collocated by itself, which is (3.13)-(3.15) row for row. A piece that may be ``idle``, without force,
-    is then passed exactly.
+    With q = nodes − 1 points after the start: outputs there, and what is remembered there where that is not the
+    outputs, from the start state, (rows, d), and from the forces at the points, (rows, q·e); end state from the start
+    state, (d, d), and from the forces, (d, q·e). Each block of A is collocated by itself, which is (3.13)-(3.15) row
+    for row. A piece that may be ``idle``, without force, is then passed exactly.
     """
     blocks, inputs = system.blocks, system.inputs
     n, s, e = jnp.shape(inputs)
@@ -225,7 +227,7 @@ def collocated_response(
     free = [jnp.einsum("nrs,nqsa->qrna", seen, start).reshape(-1, n * s) for seen in kept]
     forced = [jnp.einsum("nrs,nqsa->qra", seen, force).reshape(-1, q * e) for seen in kept]
     through = jnp.einsum("nab,nm->namb", start[:, -1], jnp.eye(n, dtype=jnp.result_type(blocks))).reshape(n * s, n * s)
-    return jnp.concatenate([*free, through]), jnp.concatenate([*forced, force[:, -1].reshape(n * s, q * e)])
+    return jnp.concatenate(free), jnp.concatenate(forced), through, force[:, -1].reshape(n * s, q * e)
 
 
 class _Found(NamedTuple):
