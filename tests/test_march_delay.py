@@ -333,9 +333,9 @@ def test_jit_changes_nothing():
     with jax.enable_x64(True):
         system = lobex.Scalar(-0.5).system(1.0, 0.3)
         past, state = np.linspace(0.5, 1, 13)[:, None], np.ones(1)
-        compiled = jax.jit(march_system, static_argnums=3)(system, past, state, 2)
+        compiled = jax.jit(march_system, static_argnums=(3, 4))(system, past, state, 12, 2)
         with jax.disable_jit():
-            plain = march_system(system, past, state, 2)
+            plain = march_system(system, past, state, 12, 2)
     assert np.asarray(compiled.output) == pytest.approx(np.asarray(plain.output), rel=1e-12)
 
 

@@ -12,7 +12,7 @@ from lobex._float64 import at_once, widened
 from lobex._timing import timed
 from lobex.marches.growth_fit import MOST_PERIODS, fit_growth
 from lobex.marches.lanes import check_length, check_steps, lanes_of, warn_of_lost_lanes
-from lobex.marches.linear import Motion, march_system
+from lobex.marches.linear import Motion, march_system, steps_ahead, steps_back
 from lobex.marches.start import History, sample_history, starting_state
 from lobex.processes.process import Process, check_process
 from lobex.processes.quantity import quantity_of
@@ -37,11 +37,11 @@ def march_delay(
     state: Array | None = None,
     every: int = 1,
 ) -> March:
-    """March a delayed process in time, from its motion during one delay, and fit how it grows per period.
+    """March a delayed process in time, from its motion during the longest delay, and fit how it grows per period.
 
-    Steps are τ/``steps_per_period``, so that the delay is a whole number of them and Δt differs from speed to
-    speed. Free vibration is integrated exactly and the force by a trapezoidal rule with the exact means of periodic
-    coefficients: second order in the step, over the jumps of milling, too, and stable however stiff the
+    Steps are T/``steps_per_period``, so that Δt differs from speed to speed; what delays bring from between steps is on
+    a straight line. Free vibration is integrated exactly and the force by a trapezoidal rule with the exact means of
+    periodic coefficients: second order in the step, over the jumps of milling, too, and stable however stiff the
     modes. All lanes advance side by side. The growth is fitted to the last periods (at most 8, at most half of
     them); ``March.growth_error`` tells how far the fit had converged, and knows nothing of the error of
     the steps, which falls as their number squared.
@@ -50,11 +50,12 @@ def march_delay(
         process: a process, such as ``Rub(modes)``.
         speed: speeds, Hz (revolutions per second), any shape.
         gain: gains, broadcast against ``speed``; the broadcast shape is that of the lanes.
-        history: y(t) during the delay before t = 0, as a function of time: it is called once, with an array of
-            times in s, from −τ to 0, of shape (*lanes, steps_per_period + 1), and returns m of the same shape,
-            or with the r outputs as one more axis; a constant will do. For §4.4 see ``growing_history``.
-        periods: how many delays to march: revolutions of a blade, tooth passes of a cutter.
-        steps_per_period: steps per delay.
+        history: what is remembered of the longest delay before t = 0 (y, where the process says nothing else), as a
+            function of time: it is called once, with an array of times in s, of shape (*lanes, steps + 1) for the steps
+            that the delay reaches back, steps_per_period of them where it is the period, and returns m of the same
+            shape, or with the outputs as one more axis; a constant will do. For §4.4 see ``growing_history``.
+        periods: how many to march: revolutions of a blade, tooth passes of a cutter.
+        steps_per_period: steps per period, of which the shortest delay takes one at least.
         state: z(0), (d,) or (*lanes, d); for vibration modes (u, u̇/ω) mode by mode, for ``DelayedMathieu``
             (x, ẋ). By default the structure is at rest and bent by a force at the contact to where the
             history ends.
@@ -65,8 +66,8 @@ def march_delay(
 
     Raises:
         ValueError: for a history or state that has a wrong shape or is not finite, sizes that are not whole
-            numbers, and fewer than 8 steps per wave of the first mode or of any vibration that the contact can feed
-            at its gain, naming the speed and the steps it needs.
+            numbers, delays shorter than a step, and fewer than 8 steps per wave of the first mode or of any vibration
+            that the contact can feed at its gain, naming the speed and the steps it needs.
 
     Warns:
         SweepWarning: when lanes grow beyond floating point; they are NaN from there on.
@@ -86,13 +87,18 @@ def march_delay(
     with timed() as spent, at_once():
         process = widened(process)
         system = jax.tree.map(np.asarray, _systems(process, speeds.ravel(), gains.ravel()))
-        outputs = np.shape(system.inputs)[-1]
+        outputs, remembered = np.shape(system.outputs)[-2], np.shape(system.recalled)[-2]
+        _check_delays(system, steps)
         check_steps("steps_per_period", system, np.asarray(_stiffness(system)), speeds.ravel(), steps)
         check_length(speeds.size, periods, steps, outputs / every)
-        delay = np.broadcast_to(system.period, speeds.size).reshape(speeds.shape)
-        past = sample_history(history, delay, steps, outputs).reshape(speeds.size, steps + 1, outputs)
+        period = np.broadcast_to(system.period, speeds.size).reshape(speeds.shape)
+        back = steps_back(system, steps)
+        past = sample_history(history, period * (back / steps), back, remembered)
+        past = past.reshape(speeds.size, back + 1, remembered)
         first = starting_state(system, state, past[:, -1])
-        motion = jax.tree.map(np.asarray, _march(process, speeds.ravel(), gains.ravel(), past, first, periods, every))
+        motion = jax.tree.map(
+            np.asarray, _march(process, speeds.ravel(), gains.ravel(), past, first, steps, periods, every)
+        )
     lanes = speeds.shape
     # A lane may go beyond floating point within the very periods that are fitted.
     with np.errstate(over="ignore", invalid="ignore"):
@@ -104,7 +110,7 @@ def march_delay(
     return March(
         speed=speeds,
         gain=gains,
-        delay=delay,
+        delay=period,
         phase=np.arange(displacement.shape[1]) * (every / steps),
         displacement=displacement.reshape(*lanes, -1, outputs),
         state=final.reshape(*lanes, -1),
@@ -119,8 +125,22 @@ def march_delay(
     )
 
 
+def _check_delays(system: DelaySystem, steps: int) -> None:
+    """Require a shortest delay of a step at least."""
+    if not system.shortest:
+        raise ValueError("march_delay takes systems that say how short a delay may be; give a delay_range above zero")
+    if not steps_ahead(system, steps):
+        raise ValueError(
+            f"steps_per_period = {steps} is too few for a delay of {system.shortest:.6g} periods, which is a step at "
+            f"least; give {np.ceil(1 / system.shortest):.0f} or more"
+        )
+
+
 def _delay_states(motion: Motion, system: DelaySystem, count: int) -> np.ndarray:
-    """The last ``count`` + 1 delay-states, (lanes, count + 1, size), in comparable units."""
+    """The last ``count`` + 1 states, of z and of y in the period before, (lanes, count + 1, size), in comparable units.
+
+    Where delays are longer, the fit sees a part of the motion alone, which grows as the whole does.
+    """
     lanes = len(motion.states)
     history = motion.output[:, -count - 1 :].reshape(lanes, count + 1, -1)
     scale = np.linalg.norm(np.reshape(system.outputs, (lanes, -1)), axis=-1)[:, None, None]
@@ -140,9 +160,11 @@ def _systems(process: Process, speed: Array, gain: Array) -> DelaySystem:
     return jax.vmap(process.system)(speed, gain)
 
 
-@partial(jax.jit, static_argnames=("periods", "every"))
-def _march(process: Process, speed: Array, gain: Array, past: Array, state: Array, periods: int, every: int) -> Motion:
+@partial(jax.jit, static_argnames=("steps", "periods", "every"))
+def _march(
+    process: Process, speed: Array, gain: Array, past: Array, state: Array, steps: int, periods: int, every: int
+) -> Motion:
     def lane(speed: Array, gain: Array, past: Array, state: Array) -> Motion:
-        return march_system(process.system(speed, gain), past, state, periods, every)
+        return march_system(process.system(speed, gain), past, state, steps, periods, every)
 
     return jax.vmap(lane)(speed, gain, past, state)

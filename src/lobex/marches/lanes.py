@@ -40,7 +40,7 @@ def check_steps(name: str, system: DelaySystem, stiffness: np.ndarray, speeds: n
         system: of all lanes, each leaf with lanes first.
         stiffness: the largest contact force per displacement, now and a delay ago together, (lanes,).
         speeds: (lanes,).
-        steps: steps per delay.
+        steps: steps per period.
     """
     first, fed = fastest_fed(system, stiffness)
     fastest = np.maximum(first, fed)

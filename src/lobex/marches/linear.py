@@ -1,5 +1,6 @@
-"""The march of one delay system, in pure JAX: periods of steps, each period fed the record of the one before."""
+"""The march of one delay system, in pure JAX: periods of steps, each fed the record of what went before."""
 
+from functools import partial
 from typing import Any, NamedTuple
 
 import jax
@@ -7,9 +8,15 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex.marches.stepping import step_of, times
+from lobex.systems.delays import Delay, WholePeriod
 from lobex.systems.system import DelaySystem
 
 Array = Any
+
+# A loop over so few stretches is written out.
+_FEW = 4
+# Of a step, what rounding may add to a delay.
+_ROUNDING = 1e-6
 
 
 class Motion(NamedTuple):
@@ -19,50 +26,109 @@ class Motion(NamedTuple):
     states: Array
 
 
-def march_system(system: DelaySystem, past: Array, state: Array, periods: int, every: int = 1) -> Motion:
-    """March ż = A z + E [P y + Q y(t − τ)] from t = 0 on, in equal steps of τ/steps.
+def steps_back(system: DelaySystem, steps: int) -> int:
+    """How many of ``steps`` per period the longest delay reaches back."""
+    return int(np.ceil(system.longest * steps - _ROUNDING))
+
+
+def steps_ahead(system: DelaySystem, steps: int) -> int:
+    """For how many of ``steps`` per period all that delays bring is known before; 0 if not for a single one."""
+    return int(min(system.shortest * steps + _ROUNDING, steps))
+
+
+def march_system(system: DelaySystem, past: Array, state: Array, steps: int, periods: int, every: int = 1) -> Motion:
+    """March ż = A z + E [P y + Σ Q w(t − τ)] from t = 0 on, in equal steps of T/steps.
 
     The free motion of every block is exact, so stiff modes cost nothing and do not limit the step. The force is that
-    of the exact means of P and Q over the step times the means of y and y(t − τ) at its ends, with the present y
+    of the exact means of P and Q over the step times the means of y and w(t − τ) at its ends, with the present y
     implicit (a trapezoidal rule): second order in the step, also where a coefficient jumps within one, since
-    the impulse of a constant y is exact there.
+    the impulse of a constant y is exact there. Between steps, w is a straight line.
 
     Args:
         system: the delay system of one point.
-        past: y over [−τ, 0] at equal distances, both ends included, (steps + 1, r).
+        past: w over the longest delay before t = 0 at equal distances, both ends included, (``steps_back`` + 1, m).
         state: z(0), (d,).
-        periods: how many delays to march.
+        steps: per period; a shortest delay of one at least.
+        periods: how many to march.
         every: which steps are kept; a divisor of the number of steps.
     """
-    steps = np.shape(past)[0] - 1
-    n, s, r = np.shape(system.inputs)
+    n, s, e = np.shape(system.inputs)
     step = step_of(system, system.period / steps)
     edges = jnp.arange(steps + 1) / steps
     constant = system.constant
     starts, stops = (edges[:1], edges[1:2]) if constant else (edges[:-1], edges[1:])
-    # f = P (y + y₊)/2 + Q w with y₊ = (output after free motion) + C R f, solved for f once and for all.
-    present, (delayed,) = system.mean(starts, stops)
-    implicit = jnp.eye(r) - present @ step.compliance / 2
-    coefficients = jnp.linalg.solve(implicit, present / 2), jnp.linalg.solve(implicit, delayed)
+    # f = P (y + y₊)/2 + Σ Q w with y₊ = (output after free motion) + C R f, solved for f once and for all.
+    forces = system.mean(starts, stops)
+    implicit = jnp.eye(e) - forces.present @ step.compliance / 2
+    coefficients = jax.tree.map(lambda part: jnp.linalg.solve(implicit, part), (forces.present / 2, forces.delayed))
     if constant:
-        coefficients = (coefficients[0][0], coefficients[1][0])
+        coefficients = jax.tree.map(lambda part: part[0], coefficients)
+    places = [_places(system, delay, edges, steps) for delay in system.delays]
 
-    def advance(carry: tuple[Array, Array], given: Any) -> tuple[tuple[Array, Array], Array]:
+    def advance(carry: tuple[Array, Array], given: Any) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
         z, y = carry
-        mean_past, (of_present, of_past) = (given, coefficients) if constant else given
+        brought, (of_present, of_past) = (given, coefficients) if constant else given
         free = step.free(z)
         free_output = step.output(free)
-        force = times(of_present, y + free_output) + times(of_past, mean_past)
+        force = times(of_present, y + free_output)
+        for matrix, mean in zip(of_past, brought, strict=True):
+            force = force + times(matrix, mean)
         y = free_output + times(step.compliance, force)
-        return (free + step.push(force), y), y
+        z = free + step.push(force)
+        return (z, y), (y, y if system.remembered is None else _remembered(system, z))
+
+    def over(count: int, carry: tuple[Array, Array, Array], given: Any) -> tuple[tuple[Array, Array, Array], Array]:
+        z, y, record = carry
+        places, coefficients = given
+        brought = tuple(_means(record, place, steps, count) for place in places)
+        (z, y), (outputs, kept) = jax.lax.scan(advance, (z, y), brought if constant else (brought, coefficients))
+        return (z, y, jnp.concatenate([record[count:], kept])), outputs
+
+    # As many steps are taken at once as the shortest delay lets be known before.
+    ahead = steps_ahead(system, steps)
+    count, rest = divmod(steps, ahead)
+    changing = places, None if constant else coefficients
+    most = jax.tree.map(lambda part: part[: steps - rest].reshape(count, ahead, *part.shape[1:]), changing)
+    last = jax.tree.map(lambda part: part[steps - rest :], changing)
 
     def one_period(carry: tuple[Array, Array], _: None) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
         z, record = carry
-        means = (record[:-1] + record[1:]) / 2
-        first = step.output(z)
-        (z, _), after = jax.lax.scan(advance, (z, first), means if constant else (means, coefficients))
-        record = jnp.concatenate([first[None], after])
+        state = z, step.output(z), record
+        state, after = jax.lax.scan(partial(over, ahead), state, most, length=count, unroll=count <= _FEW or 1)
+        after = after.reshape(steps - rest, -1)
+        if rest:
+            state, others = over(rest, state, last)
+            after = jnp.concatenate([after, others])
+        z, _, record = state
         return (z, record), (after[every - 1 :: every], z.reshape(-1))
 
     start = jnp.reshape(state, (n, s)), past
     return Motion(*jax.lax.scan(one_period, start, None, length=periods)[1])
+
+
+def _remembered(system: DelaySystem, state: Array) -> Array:
+    """w = D z of a state (n, s), (m,)."""
+    return jnp.sum(system.recalled * state[:, None, :], axis=(0, 2))
+
+
+def _places(system: DelaySystem, delay: Delay, edges: Array, steps: int) -> Array | None:
+    """How many steps before each step's start and end what acts there lies, (steps, 2); None for a period."""
+    if isinstance(delay, WholePeriod):
+        return None
+    back = steps * delay.shares(edges, system.period)
+    said = (back >= system.shortest * steps - _ROUNDING) & (back <= system.longest * steps + _ROUNDING)
+    # A delay that is not what the system says makes no number, rather than a wrong one.
+    back = jnp.where(said, back, jnp.nan)
+    return jnp.stack([back[:-1], back[1:] - 1], axis=1)
+
+
+def _means(record: Array, place: Array | None, steps: int, count: int) -> Array:
+    """The means of what a delay brings to the ends of the next ``count`` steps, (count, m)."""
+    now = len(record) - 1
+    if place is None:
+        found = record[now - steps : now - steps + count + 1]
+        return (found[:-1] + found[1:]) / 2
+    at = now + jnp.arange(count)[:, None] - place
+    before = jnp.clip(jnp.nan_to_num(jnp.floor(at)).astype(int), 0, now - 1)
+    share = (at - before)[..., None]
+    return jnp.mean((1 - share) * record[before] + share * record[before + 1], axis=1)

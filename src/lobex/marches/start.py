@@ -68,7 +68,7 @@ def _nodes_in_modes(rod: Rod, keep: Sequence[int] | None) -> tuple[Array, Array,
 
 
 def sample_history(history: Any, delay: np.ndarray, steps: int, outputs: int) -> np.ndarray:
-    """y over [−τ, 0] of every lane, (*lanes, steps + 1, r), from a function of time."""
+    """w over [−τ, 0] of every lane in so many steps, (*lanes, steps + 1, m), from a function of time."""
     if not callable(history):
         raise ValueError(
             f"history = {_checks.brief(history)} is no function; give the displacement as a function of time (s) "
@@ -107,7 +107,7 @@ def starting_state(system: DelaySystem, state: Any, end: np.ndarray) -> np.ndarr
             raise ValueError(
                 f"state has shape {np.shape(state)}; give the {size} numbers of z at t = 0, or one row per lane"
             ) from None
-    blocks, inputs, contact = (np.asarray(a) for a in (system.blocks, system.inputs, system.outputs))
+    blocks, inputs, contact = (np.asarray(a) for a in (system.blocks, system.inputs, system.recalled))
     try:
         if size == outputs:
             return np.linalg.solve(np.swapaxes(contact, 1, 2).reshape(lanes, outputs, size), end[..., None])[..., 0]

@@ -21,15 +21,15 @@ class March:
     Attributes:
         speed: (*lanes,), Hz.
         gain: (*lanes,), in ``quantity.unit``.
-        delay: τ, which is also the period, (*lanes,), s.
-        phase: t/τ of the samples, (samples,), from 0 to the number of periods.
+        delay: the period T, which is τ where there is one delay, (*lanes,), s.
+        phase: t/T of the samples, (samples,), from 0 to the number of periods.
         displacement: y at the samples, (*lanes, samples, r), m where the structure has modes; NaN once a lane has
             grown beyond floating point.
         state: z at the end, (*lanes, d).
         multiplier: the dominant Floquet multiplier, Im ≥ 0, fitted to the last periods, complex, (*lanes,). NaN
             where there are too few periods (below 2) or no motion.
         growth_error: estimated error of |multiplier| that the fit leaves, (*lanes,); it falls with more periods.
-        steps_per_period: steps per delay.
+        steps_per_period: steps per period.
         quantity: what the gain is.
         speed_unit: "Hz", "rpm", or "1" of a process without units, for legends.
         process: the model, as a plain dictionary.
