@@ -171,7 +171,7 @@ ORDERS = [(case, order) for case, order in zip(KNOWN["mathieu"][::2], (1, 2, 0, 
 @pytest.mark.parametrize(("case", "order"), ORDERS, ids=lambda part: part["ratio"] if isinstance(part, dict) else part)
 def test_semi_discretization_is_of_second_order_whatever_the_delay(case, order):
     # Of the golden section, Fibonacci's numbers nearly divide the delay.
-    steps = (55, 144) if case["ratio"] == "golden" else (60, 120)
+    steps = (34, 89) if case["ratio"] == "golden" else (40, 80)
     found = fitted_order(mathieu(case), case["b"], np.hypot(*case["mu"]), order, steps)
     assert found == pytest.approx(2, abs=0.2)
 

@@ -65,7 +65,7 @@ def march_system(system: DelaySystem, past: Array, state: Array, steps: int, per
         coefficients = jax.tree.map(lambda part: part[0], coefficients)
     places = [_places(system, delay, edges, steps) for delay in system.delays]
 
-    def advance(carry: tuple[Array, Array], given: Any) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    def advance(carry: tuple[Array, Array], given: Any) -> tuple[tuple[Array, Array], tuple[Array, Any]]:
         z, y = carry
         brought, (of_present, of_past) = (given, coefficients) if constant else given
         free = step.free(z)
@@ -75,14 +75,17 @@ def march_system(system: DelaySystem, past: Array, state: Array, steps: int, per
             force = force + times(matrix, mean)
         y = free_output + times(step.compliance, force)
         z = free + step.push(force)
-        return (z, y), (y, y if system.remembered is None else _remembered(system, z))
+        return (z, y), (y, None if system.remembered is None else _remembered(system, z))
 
     def over(count: int, carry: tuple[Array, Array, Array], given: Any) -> tuple[tuple[Array, Array, Array], Array]:
         z, y, record = carry
         places, coefficients = given
         brought = tuple(_means(record, place, steps, count) for place in places)
+        # Where z begins is known of itself, whatever the history before it ends in.
+        now = y if system.remembered is None else _remembered(system, z)
         (z, y), (outputs, kept) = jax.lax.scan(advance, (z, y), brought if constant else (brought, coefficients))
-        return (z, y, jnp.concatenate([record[count:], kept])), outputs
+        record = [record[count:-1], now[None], outputs if kept is None else kept]
+        return (z, y, jnp.concatenate(record)), outputs
 
     # As many steps are taken at once as the shortest delay lets be known before.
     ahead = steps_ahead(system, steps)
@@ -115,10 +118,10 @@ def _places(system: DelaySystem, delay: Delay, edges: Array, steps: int) -> Arra
     """How many steps before each step's start and end what acts there lies, (steps, 2); None for a period."""
     if isinstance(delay, WholePeriod):
         return None
-    back = steps * delay.shares(edges, system.period)
+    back: Any = steps * delay.shares(edges, system.period)
     said = (back >= system.shortest * steps - _ROUNDING) & (back <= system.longest * steps + _ROUNDING)
     # A delay that is not what the system says makes no number, rather than a wrong one.
-    back = jnp.where(said, back, jnp.nan)
+    back: Array = jnp.where(said, back, jnp.nan)
     return jnp.stack([back[:-1], back[1:] - 1], axis=1)
 
 
