@@ -118,10 +118,10 @@ def _places(system: DelaySystem, delay: Delay, edges: Array, steps: int) -> Arra
     """How many steps before each step's start and end what acts there lies, (steps, 2); None for a period."""
     if isinstance(delay, WholePeriod):
         return None
-    back: Any = steps * delay.shares(edges, system.period)
+    back = steps * delay.shares(edges, system.period)
     said = (back >= system.shortest * steps - _ROUNDING) & (back <= system.longest * steps + _ROUNDING)
     # A delay that is not what the system says makes no number, rather than a wrong one.
-    back: Array = jnp.where(said, back, jnp.nan)
+    back: Any = jnp.where(said, back, jnp.nan)
     return jnp.stack([back[:-1], back[1:] - 1], axis=1)
 
 

@@ -30,7 +30,7 @@ class Discretization:
     aligned: bool = True
     """End the Chebyshev pieces where a tooth enters or leaves; --no-aligned is the thesis' single interval."""
     steps: Annotated[int | None, count_hint("40")] = None
-    """Semi-discretization steps per delay."""
+    """Semi-discretization steps per period."""
     order: Annotated[int | None, count_hint("0")] = None
     """Semi-discretization order, 0, 1 or 2; 0 is the thesis' mean of two samples."""
 
