@@ -225,7 +225,9 @@ def test_marches_follow_a_delay_that_varies():
 
 
 def test_a_march_refuses_delays_shorter_than_a_step():
-    with pytest.raises(ValueError, match="steps_per_period = 3 is too few for a delay of 0.3 periods.*give 4 or more"):
+    with pytest.raises(
+        ValueError, match=r"steps_per_period = 3 is too few for a delay of 0\.3 periods.*give 4 or more"
+    ):
         lobex.march_delay(ACT_AND_WAIT, 1.0, 0.5, np.cos, 4, 3)
 
 
