@@ -94,7 +94,13 @@ def crossings(group: str, process: Any, speed: float, case: Case, gain: str) -> 
 
 
 def lowest(
-    group: str, process: Any, speed: float, case: Case, gain: float | None, bounds: tuple[float, float], scan: int | None
+    group: str,
+    process: Any,
+    speed: float,
+    case: Case,
+    gain: float | None,
+    bounds: tuple[float, float],
+    scan: int | None,
 ) -> Limits:
     """The limit of a case that tells the lowest alone."""
     changes = [] if gain is None else [(gain, "unstable", case.get("kind"))]

@@ -1,6 +1,6 @@
 """Compare lobex with a file of reference numbers, such as one of several delays, varying delays or several contacts.
 
-    python tests/references.py FILE [--groups c,d] [--slowest]
+    python tests/references.py FILE [--groups c,d] [--verbose]
 
 Every case is computed with the public verbs and the method that they choose. Printed are, for each group, the number of
 cases, the worst relative error and the case that it belongs to. The exit code is 0 if every case agrees within the
@@ -97,7 +97,8 @@ def main() -> int:
         elif given.verbose:
             bad = "" if error <= tolerance else "  WRONG"
             told = "".join(f"\n    {w.message}" for w in said)
-            print(f"{task.group} | {task.name}: {error:.1e}{bad} ({time.perf_counter() - began:.1f} s){told}", flush=True)
+            took = f"{time.perf_counter() - began:.1f} s"
+            print(f"{task.group} | {task.name}: {error:.1e}{bad} ({took}){told}", flush=True)
     print(f"{'group':32} {'cases':>5} {'wrong':>5} {'worst':>8}  worst case")
     for group, rows in results.items():
         if group in reasons:

@@ -17,7 +17,7 @@ sys.path.insert(0, str(DOCS))
 import errata  # noqa: E402
 import offline  # noqa: E402
 import pages  # noqa: E402
-import references  # noqa: E402
+import reference_rows  # noqa: E402
 
 # Rendered notebooks have tests of their own (test_notebooks.py), and so has cluster.md (test_study.py).
 PAGES = [p for p in sorted([*DOCS.glob("*.md"), *DOCS.glob("howto/*.md")]) if p.name != "cluster.md"]
@@ -162,7 +162,7 @@ def test_titles_and_claims_of_all_figures_are_the_recorded_ones():
 
 @pytest.mark.parametrize(
     ("compute", "key", "problem"),
-    [(references.limits, "limits", "rod"), (references.multipliers, "multipliers", "rod")],
+    [(reference_rows.limits, "limits", "rod"), (reference_rows.multipliers, "multipliers", "rod")],
 )
 def test_reference_rows_come_out_as_recorded(compute, key, problem):
     recorded = [row for row in CONTENT[key] if row["problem"].startswith(problem)]
