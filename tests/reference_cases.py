@@ -33,7 +33,7 @@ class Multiplier(NamedTuple):
 class Limits(NamedTuple):
     """Changes of stability wanted: gain, what the process becomes, kind and chatter frequency (None where not told).
 
-    Of the lowest limit alone, ``scan`` is None.
+    ``scan`` is None where the limit has a closed form; ``lowest`` where the file tells that one alone.
     """
 
     group: str
@@ -45,6 +45,7 @@ class Limits(NamedTuple):
     changes: list[tuple[float, str, str | None]]
     frequency: float | None
     rel_diff: float
+    lowest: bool = False
 
 
 class Inexpressible(NamedTuple):
@@ -105,7 +106,7 @@ def lowest(
     """The limit of a case that tells the lowest alone."""
     changes = [] if gain is None else [(gain, "unstable", case.get("kind"))]
     found = case.get("chatter_Hz")
-    return Limits(group, name(case), process, speed, bounds, scan, changes, found, case.get("rel_diff", 0.0))
+    return Limits(group, name(case), process, speed, bounds, scan, changes, found, case.get("rel_diff", 0.0), True)
 
 
 def whole_parts(shortest: float, longest: float) -> tuple[float, float]:

@@ -16,6 +16,7 @@ import warnings
 from collections import defaultdict
 from typing import Any
 
+import jax
 import numpy as np
 
 import lobex
@@ -24,54 +25,103 @@ from reference_cases import Inexpressible, Limits, Multiplier, Task, cases_of
 MULTIPLIERS, LIMITS = 1e-8, 1e-7
 
 
-def error_of_multiplier(task: Multiplier) -> float:
-    """The difference of the complex multiplier, or of its modulus if that is more, relative to the modulus."""
-    chart = lobex.sweep(task.process, [task.speed], [task.gain])
-    value = complex(chart.multiplier[0, 0]) ** task.passes
-    wanted = complex(*task.case["mu"])
-    size = task.case.get("spectral_radius", abs(wanted))
-    apart = abs(complex(value.real, abs(value.imag)) - wanted)
-    return max(apart, abs(abs(value) - size)) / size
+def alike(task: Task) -> Any:
+    """What tasks of one call share: the process with all its numbers, and the scan of limits."""
+    if isinstance(task, Inexpressible):
+        return task.group
+    leaves, tree = jax.tree.flatten(task.process)
+    numbers = tuple(np.asarray(leaf, dtype=float).tobytes() for leaf in leaves)
+    return type(task), task.group, tree, numbers, (task.bounds, task.scan) if isinstance(task, Limits) else None
 
 
-def kind_of(process: Any, speed: float, gains: list[float]) -> list[str]:
-    """How the dominant multiplier crosses the unit circle at each of increasing gains."""
-    values = lobex.sweep(process, [speed], gains).multiplier[0] if gains else []
-    return ["hopf" if abs(v.imag) > 1e-6 else "flip" if v.real < 0 else "fold" for v in values]
+def errors(tasks: list[Any]) -> list[float]:
+    """The errors of tasks that are alike; what cannot be expressed has none at all."""
+    if isinstance(tasks[0], Multiplier):
+        return of_multipliers(tasks)
+    return of_limits(tasks) if isinstance(tasks[0], Limits) else [np.nan] * len(tasks)
 
 
-def error_of_limits(task: Limits) -> float:
-    """The worst relative difference of the gains; infinite where there is another number or order of changes."""
-    if task.scan is None:
-        limit = lobex.exact_limit(task.process, [task.speed])
-        found = [(float(limit.gain[0]), "unstable")]
+def of_multipliers(tasks: list[Multiplier]) -> list[float]:
+    """Differences of complex multipliers, or of their moduli where that is more, relative to the modulus."""
+    speeds, gains = (sorted({getattr(task, name) for task in tasks}) for name in ("speed", "gain"))
+    chart = lobex.sweep(tasks[0].process, speeds, gains)
+    found = []
+    for task in tasks:
+        value = complex(chart.multiplier[speeds.index(task.speed), gains.index(task.gain)]) ** task.passes
+        wanted = complex(*task.case["mu"])
+        size = task.case.get("spectral_radius", abs(wanted))
+        apart = abs(complex(value.real, abs(value.imag)) - wanted)
+        found.append(float(max(apart, abs(abs(value) - size)) / size))
+    return found
+
+
+def of_limits(tasks: list[Limits]) -> list[float]:
+    """Worst relative differences of the gains; infinite where another number, order or kind of changes is found."""
+    first, speeds = tasks[0], [task.speed for task in tasks]
+    if first.scan is None:
+        limit = lobex.exact_limit(first.process, speeds)
+        changes = [[(float(gain), "unstable")] for gain in limit.gain]
     else:
-        limit = lobex.critical_gain(task.process, [task.speed], task.bounds, scan=task.scan)
-        edges = limit.intervals[0].ravel()
-        found = [(float(g), ("stable", "unstable")[i % 2]) for i, g in enumerate(edges) if np.isfinite(g)]
-        found = [change for change in found if change[0] not in task.bounds]
-        if limit.status[0] in ("not converged", "undefined"):
-            return np.inf
-    if task.frequency is not None or task.scan is None:
-        found = found[:1]
+        limit = lobex.critical_gain(first.process, speeds, first.bounds, scan=first.scan)
+        changes = [edges(intervals, first.bounds) for intervals in limit.intervals]
+    return [of_limit(task, found, limit, i) for i, (task, found) in enumerate(zip(tasks, changes, strict=True))]
+
+
+def edges(intervals: np.ndarray, bounds: tuple[float, float]) -> list[tuple[float, str]]:
+    """Where stability changes within the bounds, and what the process becomes there."""
+    ends = [(float(gain), ("stable", "unstable")[i % 2]) for i, gain in enumerate(intervals.ravel())]
+    return [end for end in ends if np.isfinite(end[0]) and end[0] not in bounds]
+
+
+def of_limit(task: Limits, found: list[tuple[float, str]], limit: lobex.Limit, lane: int) -> float:
+    """As ``of_limits``, of one of them."""
+    if limit.status[lane] in ("not converged", "undefined"):
+        return np.inf
+    found = found[:1] if task.lowest else found
     if [becomes for _, becomes in found] != [becomes for _, becomes, _ in task.changes]:
         return np.inf
     error = max([abs(gain / change[0] - 1) for (gain, _), change in zip(found, task.changes, strict=True)], default=0.0)
-    wanted = [kind for *_, kind in task.changes]
-    if all(wanted) and kind_of(task.process, task.speed, [gain for gain, _ in found]) != wanted:
+    told = {float(limit.gain[lane]): str(limit.kind[lane])}
+    if others := [gain for gain, _ in found if gain not in told]:
+        values = lobex.sweep(task.process, [task.speed], others).multiplier[0]
+        told |= dict(zip(others, map(kind_of, values), strict=True))
+    if any(change[2] and told[gain] != change[2] for (gain, _), change in zip(found, task.changes, strict=True)):
         return np.inf
     if task.frequency is not None:
-        error = max(error, abs(float(limit.chatter_frequency[0]) / task.frequency - 1))
+        error = max(error, abs(float(limit.chatter_frequency[lane]) / task.frequency - 1))
     return error
 
 
-def compare(task: Task) -> tuple[float, float]:
-    """The error of a case and its tolerance; what cannot be expressed has no error at all."""
-    if isinstance(task, Inexpressible):
-        return np.nan, 0.0
+def kind_of(multiplier: complex) -> str:
+    """How a multiplier crosses the unit circle."""
+    return "hopf" if abs(multiplier.imag) > 1e-6 else "flip" if multiplier.real < 0 else "fold"
+
+
+def tolerance_of(task: Task) -> float:
+    """What is asked of a case."""
     if isinstance(task, Multiplier):
-        return error_of_multiplier(task), max(MULTIPLIERS, task.case.get("rel_diff", 0.0))
-    return error_of_limits(task), max(LIMITS, task.rel_diff)
+        return max(MULTIPLIERS, task.case.get("rel_diff", 0.0))
+    return max(LIMITS, task.rel_diff) if isinstance(task, Limits) else 0.0
+
+
+def computed(tasks: list[Task], verbose: bool) -> dict[str, list[tuple[float, Task]]]:
+    """The errors by group, those that are alike being computed by one call."""
+    batches: dict[Any, list[Task]] = defaultdict(list)
+    for task in tasks:
+        batches[alike(task)].append(task)
+    results: dict[str, list[tuple[float, Task]]] = defaultdict(list)
+    for batch in batches.values():
+        began = time.perf_counter()
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            found = errors(batch)
+        results[batch[0].group] += zip(found, batch, strict=True)
+        if not verbose or isinstance(batch[0], Inexpressible):
+            continue
+        for error, task in zip(found, batch, strict=True):
+            print(f"{task.group} | {task.name}: {error:.1e}{'' if error <= tolerance_of(task) else '  WRONG'}")
+        print(*[f"    {w.message}" for w in said], f"    {time.perf_counter() - began:.1f} s", sep="\n", flush=True)
+    return results
 
 
 def main() -> int:
@@ -84,30 +134,16 @@ def main() -> int:
         reference = json.load(file)
     if given.groups:
         reference = {group: reference[group] for group in given.groups.split(",")}
-    results: dict[str, list[tuple[float, float, str]]] = defaultdict(list)
-    reasons: dict[str, str] = {}
-    for task in cases_of(reference):
-        began = time.perf_counter()
-        with warnings.catch_warnings(record=True) as said:
-            warnings.simplefilter("always")
-            error, tolerance = compare(task)
-        results[task.group].append((error, tolerance, task.name))
-        if isinstance(task, Inexpressible):
-            reasons[task.group] = task.reason
-        elif given.verbose:
-            bad = "" if error <= tolerance else "  WRONG"
-            told = "".join(f"\n    {w.message}" for w in said)
-            took = f"{time.perf_counter() - began:.1f} s"
-            print(f"{task.group} | {task.name}: {error:.1e}{bad} ({took}){told}", flush=True)
+    results = computed(list(cases_of(reference)), given.verbose)
     print(f"{'group':32} {'cases':>5} {'wrong':>5} {'worst':>8}  worst case")
     for group, rows in results.items():
-        if group in reasons:
-            print(f"{group:32} {len(rows):5} {'-':>5} {'-':>8}  not expressible: {reasons[group]}")
-            continue
-        wrong = sum(not error <= tolerance for error, tolerance, _ in rows)
-        error, _, case = max(rows, key=lambda row: row[0] if np.isfinite(row[0]) else np.inf)
-        print(f"{group:32} {len(rows):5} {wrong:5} {error:8.1e}  {case}", flush=True)
-    return int(any(not error <= tolerance for rows in results.values() for error, tolerance, _ in rows))
+        wrong = sum(not error <= tolerance_of(task) for error, task in rows)
+        error, task = max(rows, key=lambda row: row[0])
+        if isinstance(task, Inexpressible):
+            print(f"{group:32} {len(rows):5} {'-':>5} {'-':>8}  not expressible: {task.reason}")
+        else:
+            print(f"{group:32} {len(rows):5} {wrong:5} {error:8.1e}  {task.name}")
+    return int(any(not error <= tolerance_of(task) for rows in results.values() for error, task in rows))
 
 
 if __name__ == "__main__":

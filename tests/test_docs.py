@@ -46,6 +46,7 @@ CLAIMS = {
     "limits.md": lambda n: np.array_equal(n["searched"].status == "found", np.isfinite(n["searched"].gain)),
     "boundary.md": lambda n: len(n["traced"]) > 0 and n["traced"].residual < 1e-8,
     "jax.md": lambda n: n["value"] == pytest.approx(920209.5963) and np.all(np.diff(n["gains"]) > 0),
+    "own_equation.md": lambda n: np.all(n["exact"][1:3] ** 2 < 1) and n["two"][1] == pytest.approx(1.0),
     "own_process.md": lambda n: (
         limit_of_whole_overlap(n) == pytest.approx(n["limits"][0], rel=1e-10)
         and np.all(n["limits"][1] > n["limits"][0])
