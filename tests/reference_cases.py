@@ -124,7 +124,7 @@ NEWTON = 12
 
 def structure(modes: list[Case], axes: str, velocities: bool = False) -> dict[str, np.ndarray]:
     """A, E and C of modes along x and y; the state of each is (q, q'/omega), y is the displacement of each axis, and,
-    if asked for, the velocities."""
+    if asked for, the velocities, over the omega of the first mode."""
     n = len(modes)
     omega = 2 * pi * np.array([mode["frequency_Hz"] for mode in modes])
     mass, ratio = (np.array([mode[key] for mode in modes]) for key in ("modal_mass_kg", "damping_ratio"))
@@ -133,7 +133,9 @@ def structure(modes: list[Case], axes: str, velocities: bool = False) -> dict[st
     inputs = np.concatenate([np.zeros((n, len(axes))), (along / (mass * omega)).T])
     outputs = np.concatenate([along, np.zeros((len(axes), n))], axis=1)
     if velocities:
-        outputs = np.concatenate([outputs, np.concatenate([np.zeros((len(axes), n)), along * omega], axis=1)])
+        outputs = np.concatenate(
+            [outputs, np.concatenate([np.zeros((len(axes), n)), along * omega / omega[0]], axis=1)]
+        )
     return {"drift": drift, "inputs": inputs, "outputs": outputs}
 
 
@@ -163,9 +165,9 @@ def cutting_force(numbers: Numbers, t: Any, speed: Any, gain: Any) -> Any:
 
 
 def damped_force(numbers: Numbers, t: Any, speed: Any, gain: Any) -> Any:
-    """The same of displacement and velocity: process damping has no past."""
+    """The same of displacement, and of velocity over omega: process damping has no past."""
     normal, tangent, _ = directions(numbers, t, speed)
-    rate = gain * numbers["damping"] / (numbers["radius"] * 2 * jnp.pi * speed)
+    rate = numbers["omega"] * gain * numbers["damping"] / (numbers["radius"] * 2 * jnp.pi * speed)
     damping = rate * jnp.einsum("ja,jb->ab", normal + numbers["friction"] * tangent, normal)
     damping = numbers["damped"] * numbers["axes"] @ damping @ numbers["axes"].T
     return jnp.concatenate([cutting_force(numbers, t, speed, gain), damping], axis=1)
@@ -201,6 +203,7 @@ def tool_process(tool: Case, case: Case) -> tuple[Any, int]:
     if damping:
         function = damped_force
         numbers |= {"damping": damping["C_N_per_m"], "radius": damping["radius_m"], "friction": damping["mu_f"]}
+        numbers["omega"] = 2 * pi * tool["modes"][0]["frequency_Hz"]
     pitches = np.unique(np.round(pitch, 12))
 
     def force(share: np.ndarray, damped: float) -> Any:
@@ -263,7 +266,7 @@ def process_damping(content: Case) -> Iterator[Task]:
     for case in content["turning"]:
         machine = content["machines"][case["machine"]]
         keys = "K_N_per_m2", "C_N_per_m", "radius_m"
-        numbers = np.array([machine[key] for key in keys])
+        numbers = np.array([*(machine[key] for key in keys), 2 * pi * machine["modes"][0]["frequency_Hz"]])
         process = lobex.LinearDelay(
             **structure(machine["modes"], "x", velocities=True),
             present=Partial(turning_force, numbers, np.array([-1.0, -1.0])),
@@ -280,9 +283,9 @@ def process_damping(content: Case) -> Iterator[Task]:
 
 
 def turning_force(numbers: Numbers, share: Any, t: Any, speed: Any, gain: Any) -> Any:
-    """(K b, C b/v) of displacement and velocity."""
-    force, damping, radius = numbers
-    return gain * share * jnp.stack([force, damping / (radius * 2 * jnp.pi * speed)])[None]
+    """(K b, C b/v) of displacement and velocity, over omega."""
+    force, damping, radius, omega = numbers
+    return gain * share * jnp.stack([force, omega * damping / (radius * 2 * jnp.pi * speed)])[None]
 
 
 def speed_variation(content: Case) -> Iterator[Task]:

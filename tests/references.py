@@ -124,12 +124,12 @@ def computed(tasks: list[Task], verbose: bool) -> dict[str, list[tuple[float, Ta
     return results
 
 
-def main() -> int:
+def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("file", help="a file of the shape of general.json")
     parser.add_argument("--groups", default="", help="those groups alone, such as c,d or g3; all by default")
     parser.add_argument("--verbose", action="store_true", help="print every case")
-    given = parser.parse_args()
+    given = parser.parse_args(arguments)
     with open(given.file) as file:
         reference = json.load(file)
     if given.groups:

@@ -113,7 +113,10 @@ class LinearDelay:
         delayed: Sequence[tuple[Given, Given]] = (),
         **others: Any,
     ) -> "LinearDelay":
-        """M q̈ + C q̇ + K(t) q = Σ B_k(t) q(t − τ_k(t)), with p coordinates q; the state is (q, q̇).
+        """M q̈ + C q̇ + K(t) q = Σ B_k(t) q(t − τ_k(t)), with p coordinates q.
+
+        The state is (q, q̇/ω), ω² = |tr M⁻¹K|/p with K at t = 0, a speed of 1 and no gain: numbers of one size, of which
+        errors can be told.
 
         Args:
             mass: M, (p, p), or a number.
@@ -128,16 +131,17 @@ class LinearDelay:
             raise ValueError(f"mass has shape {np.shape(masses)}, damping {np.shape(dampings)}; give two of (p, p)")
         if not _checks.is_traced(masses) and np.linalg.matrix_rank(masses) < p:
             raise ValueError("mass is singular; leave out the coordinates without mass")
-        none, unit = jnp.zeros((p, p)), jnp.eye(p)
-        with jax.enable_x64(True):
-            inverse = jnp.linalg.inv(masses)
-            drift = jnp.block([[none, unit], [none, -inverse @ dampings]])
-            inputs, outputs = jnp.concatenate([none, inverse]), jnp.concatenate([unit, none], axis=1)
         held = (
             jax.tree_util.Partial(_pulling, as_function(stiffness))
             if callable(stiffness)
             else -as_matrix("stiffness", stiffness)
         )
+        none, unit = jnp.zeros((p, p)), jnp.eye(p)
+        with jax.enable_x64(True):
+            inverse = jnp.linalg.inv(masses)
+            turning = _turning(inverse @ (Shaped(held, "stiffness", (p, p))(0.0, 1.0, 0.0) if callable(held) else held))
+            drift = jnp.block([[none, turning * unit], [none, -inverse @ dampings]])
+            inputs, outputs = jnp.concatenate([none, inverse / turning]), jnp.concatenate([unit, none], axis=1)
         return cls(drift=drift, delayed=delayed, present=held, inputs=inputs, outputs=outputs, **others)
 
     @in_float64
@@ -218,6 +222,12 @@ class _Less:
 
     def mean(self, start: Array, stop: Array) -> Array:
         return self.whole.mean(start, stop) - self.part
+
+
+def _turning(pull: Array) -> Array:
+    """The root mean square angular frequency of q̈ = pull q, 1 where that is none."""
+    turning = jnp.sqrt(jnp.abs(jnp.trace(pull)) / len(pull))
+    return jax.lax.stop_gradient(jnp.where(jnp.isfinite(turning) & (turning > 0), turning, 1.0))
 
 
 def _pulling(stiffness: Any, t: Array, speed: Array, gain: Array) -> Array:
