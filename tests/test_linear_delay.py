@@ -1,6 +1,7 @@
 """Anybody's own equation: equal to lobex' own where it is theirs, to closed forms and other codes where it is not."""
 
 import json
+from dataclasses import replace
 
 import jax
 import jax.numpy as jnp
@@ -106,11 +107,10 @@ def own_mathieu(delta, epsilon, damping, delay=None):
 
 
 TURNED = lobex.Modes.single(frequency=146.5, damping_ratio=0.02, mass=2.573)
+ALONG = milling(THESIS_TOOL, 0.5, "down")
 SAME = {
     "rub": (rub(2), own_rub(rub(2)), 112.0, 4e5),
-    "turning": (lobex.Turning(TURNED, 2e8), own_turning(TURNED, 2e8), 90.0, 2e-3),
     "mathieu": (lobex.DelayedMathieu(3.0, 2.0, 0.1), own_mathieu(3.0, 2.0, 0.1), 1 / (2 * np.pi), -0.15),
-    "milling": (milling(THESIS_TOOL, 0.5, "down"), own_milling(milling(THESIS_TOOL, 0.5, "down")), 150.0, 1e-3),
     "milling in the plane": (
         milling(THESIS_TOOL, 0.5, "down", 2),
         own_milling(milling(THESIS_TOOL, 0.5, "down", 2)),
@@ -125,6 +125,16 @@ def test_an_equation_written_by_hand_is_the_process_that_it_is(name):
     process, own, speed, gain = SAME[name]
     values, wanted = (lobex.multipliers(one, speed, gain, SIXTEEN)[:4] for one in (own, process))
     assert values == pytest.approx(wanted, rel=1e-10, abs=1e-10 * abs(wanted[0]))
+
+
+@pytest.mark.parametrize(("start", "stop"), [(0.0, 0.25), (0.25, 0.5), (0.5, 1.0)])
+def test_the_force_of_a_tooth_is_that_of_milling_between_its_jumps(start, stop):
+    phase = np.linspace(start, stop, 11)
+    with jax.enable_x64(True):
+        own, known = (one.system(150.0, 1e-3).within((start + stop) / 2, phase) for one in (own_milling(ALONG), ALONG))
+    assert np.any(known.present) == (start == 0.25)
+    assert own.present == pytest.approx(known.present, rel=1e-9)
+    assert own.delayed[0] == pytest.approx(known.delayed[0], rel=1e-9)
 
 
 def test_matrices_in_si_units_are_as_good_as_their_modes():
@@ -186,20 +196,21 @@ def test_a_delay_that_varies(form, rpm, amplitude, frequency, gain, wanted):
 
 # Hayes' equation with the delay 1/speed, seen over a shorter period: μ = exp(λ T), whatever T is.
 SHARE = 0.7
+SPEEDS, GAINS = np.array([0.5, 1.0]), np.linspace(-3.0, 2.0, 5)
 
 
 def parts_of_a_turn(share, speed, gain):
     return share / speed
 
 
-def a_turn_ago(t, speed, gain):
-    return 1 / speed
+def a_turn_ago(more, t, speed, gain):
+    return (1 + more * (speed - 0.5)) / speed
 
 
-def hayes(a):
+def hayes(a, more=0.0):
     return lobex.LinearDelay(
         drift=a,
-        delayed=[(Partial(times_gain, np.eye(1)), a_turn_ago)],
+        delayed=[(Partial(times_gain, np.eye(1)), Partial(a_turn_ago, more))],
         period=Partial(parts_of_a_turn, SHARE),
         delay_range=(1 / SHARE, 1 / SHARE),
     )
@@ -217,20 +228,18 @@ def oscillating_limit(a, speed):
 
 
 def test_a_sweep_of_constant_coefficients_over_any_period():
-    speeds, gains = np.array([0.5, 1.0]), np.linspace(-3.0, 2.0, 5)
-    chart = lobex.sweep(hayes(-1.0), speeds, gains)
-    wanted = multiplier(-1.0, speeds[:, None], gains)
+    chart = lobex.sweep(hayes(-1.0), SPEEDS, GAINS)
+    wanted = multiplier(-1.0, SPEEDS[:, None], GAINS)
     assert chart.spectral_radius == pytest.approx(np.abs(wanted), rel=1e-8)
     assert chart.failed == 0
 
 
 def test_limits_of_constant_coefficients_over_any_period():
-    speeds = np.array([0.5, 1.0])
-    limit = lobex.critical_gain(hayes(-1.0), speeds, (-4.0, 3.0))
-    assert limit.intervals[:, 0, 0] == pytest.approx([oscillating_limit(-1.0, s) for s in speeds], rel=1e-8)
+    limit = lobex.critical_gain(hayes(-1.0), SPEEDS, (-4.0, 3.0))
+    assert limit.intervals[:, 0, 0] == pytest.approx([oscillating_limit(-1.0, s) for s in SPEEDS], rel=1e-8)
     assert limit.intervals[:, 0, 1] == pytest.approx(1.0, rel=1e-8)
     assert set(limit.status) == {"unstable at the lower bound"}
-    above = lobex.critical_gain(hayes(-1.0), speeds, (-0.5, 3.0))
+    above = lobex.critical_gain(hayes(-1.0), SPEEDS, (-0.5, 3.0))
     assert above.gain == pytest.approx(1.0, rel=1e-8)
     assert set(above.kind) == {"fold"}
 
@@ -277,14 +286,13 @@ def test_a_saved_chart_names_its_functions_and_does_not_make_them_again(tmp_path
     assert "\n" not in str(caught.value)
 
 
-def test_a_delay_that_leaves_its_range_is_no_number_and_counted():
-    def shrinking(t, speed, gain):
-        return 1.0 - 0.6 * gain
-
-    process = lobex.LinearDelay(drift=-1.0, delayed=[(0.5, shrinking)], period=1.0, delay_range=(0.5, 1.0))
-    with pytest.warns(lobex.SweepWarning, match="2 of 4 points failed and are NaN"):
-        chart = lobex.sweep(process, [1.0], [0.0, 0.5, 1.0, 2.0])
-    assert np.isfinite(chart.spectral_radius[0]).tolist() == [True, True, False, False]
+@pytest.mark.parametrize("more", [1e-3, -1e-3, np.nan])
+def test_a_delay_that_leaves_its_range_is_no_number_and_counted(more):
+    process = replace(hayes(-1.0), delayed=hayes(-1.0, more).delayed)
+    with pytest.warns(lobex.SweepWarning, match="5 of 10 points failed and are NaN|10 of 10 points failed"):
+        chart = lobex.sweep(process, SPEEDS, GAINS)
+    assert np.isnan(chart.spectral_radius[1]).all()
+    assert np.isnan(chart.spectral_radius[0]).all() == np.isnan(more)
 
 
 def none_at(share):
