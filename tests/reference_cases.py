@@ -226,22 +226,26 @@ def tool_process(tool: Case, case: Case) -> tuple[Any, int]:
 
 
 def milling(tool: Case, case: Case) -> tuple[Any, int]:
-    """The same by ``lobex.Milling`` where it is exactly that."""
-    pitch = case["pitch_deg"]
-    axes = [mode["axis"] for mode in tool["modes"]]
-    if len(set(pitch)) > 1 or tool.get("process_damping") or len(set(axes)) < len(axes):
+    """The same by ``lobex.Milling`` or ``lobex.VariablePitch`` where it is exactly that: without process damping."""
+    axes = {mode["axis"] for mode in tool["modes"]}
+    if tool.get("process_damping") or axes != {"x", "y"}:
         return tool_process(tool, case)
-    single = {
-        mode["axis"]: lobex.Modes.single(
-            frequency=mode["frequency_Hz"], damping_ratio=mode["damping_ratio"], mass=mode["modal_mass_kg"]
-        )
-        for mode in tool["modes"]
-    }
-    if set(single) != {"x", "y"}:
-        return tool_process(tool, case)
+    modes = lobex.Modes.plane(**{axis: along([m for m in tool["modes"] if m["axis"] == axis]) for axis in axes})
+    immersion = 1.0 if case["direction"] == "slot" else case["radial_immersion"]
     direction = "down" if case["direction"] == "slot" else case["direction"]
-    force = tool["Kt_N_per_m2"], tool["Kn_N_per_m2"]
-    return lobex.Milling(lobex.Modes.plane(**single), len(pitch), *force, case["radial_immersion"], direction), 1
+    cutting = tool["Kt_N_per_m2"], tool["Kn_N_per_m2"], immersion, direction
+    pitch = case["pitch_deg"]
+    if len(set(pitch)) == 1:
+        return lobex.Milling(modes, len(pitch), *cutting), 1
+    return lobex.VariablePitch(modes, np.deg2rad(pitch), *cutting), 1
+
+
+def along(modes: list[Case]) -> lobex.Modes:
+    """The modes of one axis."""
+    frequency, ratio, mass = (
+        np.array([mode[key] for mode in modes]) for key in ("frequency_Hz", "damping_ratio", "modal_mass_kg")
+    )
+    return lobex.Modes(2 * pi * frequency, ratio, 1 / np.sqrt(mass)[:, None])
 
 
 def variable_pitch(content: Case) -> Iterator[Task]:
