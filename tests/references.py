@@ -20,7 +20,8 @@ import jax
 import numpy as np
 
 import lobex
-from reference_cases import Inexpressible, Limits, Multiplier, Task, cases_of
+from reference_cases import cases_of
+from reference_tasks import Inexpressible, Limits, Multiplier, Task
 
 MULTIPLIERS, LIMITS = 1e-8, 1e-7
 
