@@ -22,7 +22,6 @@ from reference_tasks import (
     crossings,
     lowest,
     name,
-    part_of_a_turn,
     whole_parts,
 )
 from reference_tools import process_damping, variable_pitch
@@ -260,3 +259,7 @@ def ring(content: Case) -> Iterator[Task]:
 
 def part_of_a_turn_ago(share: Any, t: Any, speed: Any, gain: Any) -> Any:
     return share / speed
+
+
+def part_of_a_turn(numbers: Numbers, speed: Any, gain: Any) -> Any:
+    return 1 / (numbers * speed)

@@ -8,7 +8,7 @@ Numbers = Any
 
 
 class Multiplier(NamedTuple):
-    """A multiplier wanted, over ``passes`` periods of the process."""
+    """A multiplier wanted, over a period of the process."""
 
     group: str
     name: str
@@ -16,7 +16,6 @@ class Multiplier(NamedTuple):
     speed: float
     gain: float
     case: Case
-    passes: int = 1
 
 
 class Limits(NamedTuple):
@@ -82,7 +81,3 @@ def whole_parts(shortest: float, longest: float) -> tuple[float, float]:
     """A range of delays that holds the one given, of few values: what is compiled depends on it."""
     parts = ceil(1 / shortest - 1e-9)
     return 1 / parts, ceil(longest * parts - 1e-9) / parts
-
-
-def part_of_a_turn(numbers: Numbers, speed: Any, gain: Any) -> Any:
-    return 1 / (numbers * speed)

@@ -48,7 +48,7 @@ def of_multipliers(tasks: list[Multiplier]) -> list[float]:
     chart = lobex.sweep(tasks[0].process, speeds, gains)
     found = []
     for task in tasks:
-        value = complex(chart.multiplier[speeds.index(task.speed), gains.index(task.gain)]) ** task.passes
+        value = complex(chart.multiplier[speeds.index(task.speed), gains.index(task.gain)])
         wanted = complex(*task.case["mu"])
         size = task.case.get("spectral_radius", abs(wanted))
         apart = abs(complex(value.real, abs(value.imag)) - wanted)
@@ -115,7 +115,11 @@ def computed(tasks: list[Task], verbose: bool) -> dict[str, list[tuple[float, Ta
         began = time.perf_counter()
         with warnings.catch_warnings(record=True) as said:
             warnings.simplefilter("always")
-            found = errors(batch)
+            try:
+                found = errors(batch)
+            except Exception as failure:  # One case that fails leaves the others to be told of.
+                found = [np.inf] * len(batch)
+                warnings.warn(f"{type(failure).__name__}: {str(failure).splitlines()[0]}", stacklevel=1)
         results[batch[0].group] += zip(found, batch, strict=True)
         if not verbose or isinstance(batch[0], Inexpressible):
             continue
