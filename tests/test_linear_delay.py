@@ -133,8 +133,8 @@ def test_the_force_of_a_tooth_is_that_of_milling_between_its_jumps(start, stop):
     with jax.enable_x64(True):
         own, known = (one.system(150.0, 1e-3).within((start + stop) / 2, phase) for one in (own_milling(ALONG), ALONG))
     assert np.any(known.present) == (start == 0.25)
-    assert own.present == pytest.approx(known.present, rel=1e-9, abs=1e-3)
-    assert own.delayed[0] == pytest.approx(known.delayed[0], rel=1e-9, abs=1e-3)
+    np.testing.assert_allclose(own.present, known.present, rtol=1e-9, atol=1e-3)
+    np.testing.assert_allclose(own.delayed[0], known.delayed[0], rtol=1e-9, atol=1e-3)
 
 
 def test_matrices_in_si_units_are_as_good_as_their_modes():
