@@ -5,7 +5,7 @@
 Every case is computed with the public verbs and the method that they choose. Printed are, for each group, the number of
 cases, the worst relative error and the case that it belongs to. The exit code is 0 if every case agrees within the
 tolerance: 1e-8 on multipliers, relative to their modulus, and 1e-7 on limits, or what a case states its own numbers to
-be good to (rel_diff), if that is more.
+be good to (rel_diff, and half a unit of the last digit printed), if that is more.
 """
 
 import argparse
@@ -14,6 +14,7 @@ import sys
 import time
 import warnings
 from collections import defaultdict
+from decimal import Decimal
 from typing import Any
 
 import jax
@@ -98,10 +99,16 @@ def kind_of(multiplier: complex) -> str:
     return "hopf" if abs(multiplier.imag) > 1e-6 else "flip" if multiplier.real < 0 else "fold"
 
 
+def printed(case: dict[str, Any]) -> float:
+    """Half a unit of the last digit that stands in the file for a multiplier, relative to its modulus."""
+    last = min(Decimal(repr(part)).as_tuple().exponent for part in case["mu"] if part)
+    return float(Decimal(5).scaleb(int(last) - 1)) / abs(complex(*case["mu"]))
+
+
 def tolerance_of(task: Task) -> float:
     """What is asked of a case."""
     if isinstance(task, Multiplier):
-        return max(MULTIPLIERS, task.case.get("rel_diff", 0.0))
+        return max(MULTIPLIERS, task.case.get("rel_diff", 0.0), printed(task.case))
     return max(LIMITS, task.rel_diff) if isinstance(task, Limits) else 0.0
 
 
