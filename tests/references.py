@@ -25,6 +25,8 @@ from reference_cases import cases_of
 from reference_tasks import Inexpressible, Limits, Multiplier, Task
 
 MULTIPLIERS, LIMITS = 1e-8, 1e-7
+# Zeros at the end of a number are not printed, and then it tells nothing of its digits.
+MOST_PRINTED = 1e-7
 
 
 def alike(task: Task) -> Any:
@@ -101,8 +103,9 @@ def kind_of(multiplier: complex) -> str:
 
 def printed(case: dict[str, Any]) -> float:
     """Half a unit of the last digit that stands in the file for a multiplier, relative to its modulus."""
-    last = min(Decimal(repr(part)).as_tuple().exponent for part in case["mu"] if part)
-    return float(Decimal(5).scaleb(int(last) - 1)) / abs(complex(*case["mu"]))
+    parts = [part for part in (*case["mu"], case.get("spectral_radius")) if part]
+    last = min(Decimal(repr(part)).as_tuple().exponent for part in parts)
+    return min(float(Decimal(5).scaleb(int(last) - 1)) / abs(complex(*case["mu"])), MOST_PRINTED)
 
 
 def tolerance_of(task: Task) -> float:
