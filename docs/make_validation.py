@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any
 import errata
 import numpy as np
 import pages
-import references
+import reference_rows
 from PIL import Image
 from tqdm import tqdm
 
@@ -56,8 +56,8 @@ def make() -> None:
             "numpy": np.__version__,
         },
         "figures": {figure.name: _figure(figure) for figure in tqdm(figures(), unit="figure")},
-        "multipliers": references.multipliers(),
-        "limits": references.limits(),
+        "multipliers": reference_rows.multipliers(),
+        "limits": reference_rows.limits(),
         "errata": errata.effects(),
     }
     text = json.dumps(_rounded(content), indent=1, ensure_ascii=False)

@@ -17,7 +17,7 @@ sys.path.insert(0, str(DOCS))
 import errata  # noqa: E402
 import offline  # noqa: E402
 import pages  # noqa: E402
-import references  # noqa: E402
+import reference_rows  # noqa: E402
 
 # Rendered notebooks have tests of their own (test_notebooks.py), and so has cluster.md (test_study.py).
 PAGES = [p for p in sorted([*DOCS.glob("*.md"), *DOCS.glob("howto/*.md")]) if p.name != "cluster.md"]
@@ -46,6 +46,7 @@ CLAIMS = {
     "limits.md": lambda n: np.array_equal(n["searched"].status == "found", np.isfinite(n["searched"].gain)),
     "boundary.md": lambda n: len(n["traced"]) > 0 and n["traced"].residual < 1e-8,
     "jax.md": lambda n: n["value"] == pytest.approx(920209.5963) and np.all(np.diff(n["gains"]) > 0),
+    "own_equation.md": lambda n: np.all(n["exact"][1:3] ** 2 < 1) and n["two"][1] == pytest.approx(1.0),
     "own_process.md": lambda n: (
         limit_of_whole_overlap(n) == pytest.approx(n["limits"][0], rel=1e-10)
         and np.all(n["limits"][1] > n["limits"][0])
@@ -162,7 +163,7 @@ def test_titles_and_claims_of_all_figures_are_the_recorded_ones():
 
 @pytest.mark.parametrize(
     ("compute", "key", "problem"),
-    [(references.limits, "limits", "rod"), (references.multipliers, "multipliers", "rod")],
+    [(reference_rows.limits, "limits", "rod"), (reference_rows.multipliers, "multipliers", "rod")],
 )
 def test_reference_rows_come_out_as_recorded(compute, key, problem):
     recorded = [row for row in CONTENT[key] if row["problem"].startswith(problem)]

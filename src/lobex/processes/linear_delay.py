@@ -10,16 +10,28 @@ import numpy as np
 from lobex import _checks
 from lobex._float64 import in_float64
 from lobex._pytree import pytree
+from lobex.processes.given import (
+    Given,
+    Point,
+    Shaped,
+    as_coefficient,
+    as_duration,
+    as_function,
+    as_matrix,
+    as_pair,
+    as_phases,
+    by_gain,
+    coefficient_at,
+    delay_at,
+    period_at,
+)
 from lobex.processes.process import check_point
 from lobex.processes.quantity import PLAIN_GAIN, SPEED_UNITS, Quantity
-from lobex.systems.coefficients import Coefficient, Constant, Function
-from lobex.systems.delays import ConstantDelay, Delay, Varying, WholePeriod
+from lobex.systems.coefficients import Coefficient, Constant
 from lobex.systems.system import DelaySystem
 from lobex.systems.terms import Delayed, Present, Term
 
 Array = Any
-# A number or an array, or a function of (t, speed, gain) in pure JAX, t in s.
-Given = Any
 
 # Parts of the period whose means make the mean that is taken into the structure.
 _PARTS = 4
@@ -65,12 +77,12 @@ class LinearDelay:
     gain: ClassVar[Quantity] = PLAIN_GAIN
 
     def __post_init__(self) -> None:
-        drift = _matrix("drift", self.drift)
+        drift = as_matrix("drift", self.drift)
         d = np.shape(drift)[0]
         if np.shape(drift) != (d, d):
             raise ValueError(f"drift has shape {np.shape(drift)}; give a square matrix (d, d)")
-        inputs = None if self.inputs is None else _matrix("inputs", self.inputs)
-        outputs = None if self.outputs is None else _matrix("outputs", self.outputs)
+        inputs = None if self.inputs is None else as_matrix("inputs", self.inputs)
+        outputs = None if self.outputs is None else as_matrix("outputs", self.outputs)
         if (inputs is not None and np.shape(inputs)[0] != d) or (outputs is not None and np.shape(outputs)[1] != d):
             shapes = ["(none)" if given is None else np.shape(given) for given in (inputs, outputs)]
             raise ValueError(
@@ -83,10 +95,10 @@ class LinearDelay:
             "drift": drift,
             "inputs": inputs,
             "outputs": outputs,
-            "present": None if self.present is None else _coefficient("present", self.present, forces),
-            "delayed": tuple(_pair(index, pair, forces) for index, pair in enumerate(self.delayed)),
-            "period": None if self.period is None else _duration("period", self.period),
-            "breaks": _phases(self.breaks),
+            "present": None if self.present is None else as_coefficient("present", self.present, forces),
+            "delayed": tuple(as_pair(index, pair, forces) for index, pair in enumerate(self.delayed)),
+            "period": None if self.period is None else as_duration("period", self.period),
+            "breaks": as_phases(self.breaks),
         }
         for name, value in made.items():
             object.__setattr__(self, name, value)
@@ -101,7 +113,10 @@ class LinearDelay:
         delayed: Sequence[tuple[Given, Given]] = (),
         **others: Any,
     ) -> "LinearDelay":
-        """M q̈ + C q̇ + K(t) q = Σ B_k(t) q(t − τ_k(t)), with p coordinates q; the state is (q, q̇).
+        """M q̈ + C q̇ + K(t) q = Σ B_k(t) q(t − τ_k(t)), with p coordinates q.
+
+        The state is (q, q̇/ω), ω² = |tr M⁻¹K|/p with K at t = 0, a speed of 1 and no gain: numbers of one size, of which
+        errors can be told.
 
         Args:
             mass: M, (p, p), or a number.
@@ -110,63 +125,58 @@ class LinearDelay:
             delayed: pairs of B_k, (p, p) or a number, and τ_k, as of the class.
             others: period, breaks, delay_range and speed_unit, as of the class.
         """
-        masses, dampings = (_matrix(*pair) for pair in (("mass", mass), ("damping", damping)))
+        masses, dampings = (as_matrix(*pair) for pair in (("mass", mass), ("damping", damping)))
         p = len(masses)
         if np.shape(masses) != (p, p) or np.shape(dampings) != (p, p):
             raise ValueError(f"mass has shape {np.shape(masses)}, damping {np.shape(dampings)}; give two of (p, p)")
         if not _checks.is_traced(masses) and np.linalg.matrix_rank(masses) < p:
             raise ValueError("mass is singular; leave out the coordinates without mass")
+        held = (
+            jax.tree_util.Partial(_pulling, as_function(stiffness))
+            if callable(stiffness)
+            else -as_matrix("stiffness", stiffness)
+        )
         none, unit = jnp.zeros((p, p)), jnp.eye(p)
         with jax.enable_x64(True):
             inverse = jnp.linalg.inv(masses)
-            drift = jnp.block([[none, unit], [none, -inverse @ dampings]])
-            inputs, outputs = jnp.concatenate([none, inverse]), jnp.concatenate([unit, none], axis=1)
-        held = (
-            jax.tree_util.Partial(_pulling, _function(stiffness))
-            if callable(stiffness)
-            else -_matrix("stiffness", stiffness)
-        )
+            turning = _turning(inverse @ (Shaped(held, "stiffness", (p, p))(0.0, 1.0, 0.0) if callable(held) else held))
+            drift = jnp.block([[none, turning * unit], [none, -inverse @ dampings]])
+            inputs, outputs = jnp.concatenate([none, inverse / turning]), jnp.concatenate([unit, none], axis=1)
         return cls(drift=drift, delayed=delayed, present=held, inputs=inputs, outputs=outputs, **others)
 
     @in_float64
     def system(self, speed: Array, gain: Array) -> DelaySystem:
         """The delay system at one speed and one gain."""
         check_point(self, speed, gain)
-        period = 1 / speed if self.period is None else self.period
-        period = period(speed, gain) if callable(period) else period
+        period = period_at(self.period, speed, gain)
+        point = Point(speed, gain, period, self.breaks)
         drift = jnp.asarray(self.drift)
         d = jnp.shape(drift)[0]
         inputs = jnp.eye(d) if self.inputs is None else jnp.asarray(self.inputs)
         outputs = jnp.eye(d) if self.outputs is None else jnp.asarray(self.outputs)
         shape = jnp.shape(inputs)[1], jnp.shape(outputs)[0]
-
-        def at_point(name: str, given: Given, gain: Array) -> Coefficient:
-            if not callable(given):
-                return Constant(jnp.asarray(given))
-            return Function(_Shaped(given, name, shape), speed, gain, period, self.breaks)
-
+        within = self.delay_range or (1.0, 1.0)
         terms: list[Term] = []
         if self.present is not None:
-            acting = at_point("present", self.present, gain)
-            edges = np.arange(_PARTS + 1) / _PARTS
-            # The structure is solved exactly, so as much is made a part of it as does not follow the gain.
-            mean = jnp.mean(at_point("present", self.present, jnp.zeros_like(gain)).mean(edges[:-1], edges[1:]), axis=0)
-            if not acting.constant:
-                # Whatever is moved, the sum is the same: so are derivatives.
-                mean = jax.lax.stop_gradient(jnp.where(jnp.isfinite(mean), mean, 0.0))
-                terms.append(Present(_Less(acting, mean)))
+            mean, rest = _present(self.present, shape, point)
             drift = drift + inputs @ mean @ outputs
+            terms += [] if rest is None else [Present(rest)]
         for index, (matrix, delay) in enumerate(self.delayed):
-            terms.append(Delayed(at_point(f"delayed[{index}]", matrix, gain), _delay(delay, speed, gain)))
-        shortest, longest = self.delay_range or (1.0, 1.0)
+            name = f"delayed[{index}]"
+            coefficient = (
+                coefficient_at(Shaped(matrix, name, shape), point)
+                if callable(matrix)
+                else Constant(jnp.asarray(matrix))
+            )
+            terms.append(Delayed(coefficient, delay_at(f"the delay of {name}", delay, point, within)))
         return DelaySystem(
             blocks=drift[None],
             inputs=inputs[None],
             outputs=outputs[None],
             period=period,
             terms=tuple(terms) or (Delayed(Constant(jnp.zeros(shape))),),
-            longest=longest,
-            shortest=shortest,
+            longest=within[1],
+            shortest=within[0],
         )
 
     def _range(self) -> tuple[float, float] | None:
@@ -192,27 +202,6 @@ class LinearDelay:
         return min(shares + whole), max(shares + whole)
 
 
-@pytree(static=("name", "shape"))
-class _Shaped:
-    """A function that returns a matrix of the right shape, or a number where that has one entry."""
-
-    function: Any
-    name: str
-    shape: tuple[int, int]
-
-    def __call__(self, *point: Array) -> Array:
-        try:
-            value = jnp.asarray(self.function(*point), dtype=jnp.result_type(float))
-        except jax.errors.JAXTypeError as error:
-            reason = str(error).splitlines()[0]
-            raise ValueError(f"{self.name} cannot be traced by JAX; write it with jax.numpy ({reason})") from None
-        if jnp.size(value) == 1 and self.shape == (1, 1):
-            return value.reshape(1, 1)
-        if jnp.shape(value) != self.shape:
-            raise ValueError(f"{self.name} returns the shape {jnp.shape(value)}; return {self.shape}")
-        return value
-
-
 @pytree()
 class _Less:
     """A coefficient without its mean."""
@@ -235,60 +224,30 @@ class _Less:
         return self.whole.mean(start, stop) - self.part
 
 
+def _turning(pull: Array) -> Array:
+    """The root mean square angular frequency of q̈ = pull q, 1 where that is none."""
+    turning = jnp.sqrt(jnp.abs(jnp.trace(pull)) / len(pull))
+    return jax.lax.stop_gradient(jnp.where(jnp.isfinite(turning) & (turning > 0), turning, 1.0))
+
+
 def _pulling(stiffness: Any, t: Array, speed: Array, gain: Array) -> Array:
     return -jnp.atleast_2d(stiffness(t, speed, gain))
 
 
-def _delay(delay: Given, speed: Array, gain: Array) -> Delay:
-    if delay is None:
-        return WholePeriod()
-    if not callable(delay):
-        return ConstantDelay(delay)
-    return Varying(delay, speed, gain)
+def _present(given: Given, shape: tuple[int, int], point: Point) -> tuple[Array, Coefficient | None]:
+    """What of P does not follow the gain, as a mean, and the rest.
 
-
-def _function(given: Any) -> Any:
-    """A function as JAX takes it in a pytree."""
-    return given if isinstance(given, jax.tree_util.Partial) else jax.tree_util.Partial(given)
-
-
-def _matrix(name: str, value: Any) -> Any:
-    numbers = _checks.as_numbers(name, value)
-    matrix = jnp.asarray(value) if numbers is None else numbers
-    if np.ndim(matrix) == 0:
-        matrix = matrix.reshape(1, 1)
-    if np.ndim(matrix) != 2 or not np.size(matrix):
-        raise ValueError(f"{name} has shape {np.shape(value)}; give a matrix")
-    return matrix
-
-
-def _coefficient(name: str, given: Given, shape: tuple[int, int]) -> Any:
-    if callable(given):
-        return _function(given)
-    matrix = _matrix(name, given)
-    if np.shape(matrix) != shape:
-        raise ValueError(f"{name} has shape {np.shape(matrix)}; give {shape}")
-    return matrix
-
-
-def _duration(name: str, given: Given) -> Any:
-    if callable(given):
-        return _function(given)
-    _checks.scalar(name, given)
-    _checks.positive(name, given, "s")
-    return given
-
-
-def _pair(index: int, pair: Any, shape: tuple[int, int]) -> tuple[Any, Any]:
-    name = f"delayed[{index}]"
-    if not isinstance(pair, tuple | list) or len(pair) != 2:
-        raise ValueError(f"{name} = {_checks.brief(pair)} must be a pair: a matrix and its delay in s")
-    delay = None if pair[1] is None else _duration(f"the delay of {name}", pair[1])
-    return _coefficient(name, pair[0], shape), delay
-
-
-def _phases(breaks: Any) -> np.ndarray:
-    phases = _checks.as_numbers("breaks", breaks)
-    if phases is None or phases.ndim != 1 or np.any((phases < 0) | (phases >= 1)):
-        raise ValueError(f"breaks = {_checks.brief(breaks)} must be phases t/T from 0 to below 1")
-    return phases
+    The structure is solved exactly, so as much is made a part of it as can be.
+    """
+    if not callable(given):
+        return jnp.asarray(given), None
+    function = Shaped(given, "present", shape)
+    without = coefficient_at(function, point._replace(gain=jnp.zeros_like(point.gain)))
+    whole = coefficient_at(function, point)
+    if whole.constant:
+        return without.at(jnp.zeros(1))[0], by_gain(function, point)
+    edges = np.arange(_PARTS + 1) / _PARTS
+    mean = jnp.mean(without.mean(edges[:-1], edges[1:]), axis=0)
+    # Whatever is moved, the sum is the same: so are derivatives.
+    mean = jax.lax.stop_gradient(jnp.where(jnp.isfinite(mean), mean, 0.0))
+    return mean, _Less(whole, mean)

@@ -1,13 +1,14 @@
 """What a result says of the model that it came from: plain text and numbers, in JSON."""
 
 import dataclasses
+import functools
 from typing import Any, Protocol
 
 import numpy as np
 
 
 def describe(value: Any) -> Any:
-    """A frozen dataclass of numbers as nested dictionaries, lists and numbers."""
+    """A frozen dataclass of numbers as nested dictionaries, lists and numbers; a function by its name."""
     if dataclasses.is_dataclass(value):
         fields = {f.name: describe(getattr(value, f.name)) for f in dataclasses.fields(value)}
         return {"type": type(value).__name__, **fields}
@@ -15,6 +16,11 @@ def describe(value: Any) -> Any:
         return value
     if isinstance(value, tuple | list):
         return [describe(v) for v in value]
+    if isinstance(value, dict):
+        return [describe(v) for v in value.values()]
+    if isinstance(value, functools.partial):
+        name = getattr(value.func, "__name__", type(value.func).__name__)
+        return {"type": f"function {name}", "numbers": describe(value.args)}
     numbers = np.asarray(value)
     if np.iscomplexobj(numbers):
         return {"type": "Complex", "real": np.real(numbers).tolist(), "imag": np.imag(numbers).tolist()}

@@ -13,8 +13,7 @@ def rebuild(description: Any) -> Any:
         ValueError: for a class that is not one of lobex's own, which only its author can make again.
     """
     if isinstance(description, list):
-        numeric = all(isinstance(v, int | float | list) for v in description)
-        return np.asarray(description, dtype=np.float64) if numeric else [rebuild(v) for v in description]
+        return np.asarray(description, dtype=np.float64) if _numeric(description) else [rebuild(v) for v in description]
     if not isinstance(description, dict):
         return description
     import lobex
@@ -30,3 +29,9 @@ def rebuild(description: Any) -> Any:
             "call the verb with the process itself"
         )
     return made(**fields)
+
+
+def _numeric(description: Any) -> bool:
+    if isinstance(description, list):
+        return all(map(_numeric, description))
+    return isinstance(description, int | float)

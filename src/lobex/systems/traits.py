@@ -41,12 +41,12 @@ def traits_of(process: Any) -> Traits:
 
     number = jax.ShapeDtypeStruct((), jnp.result_type(float))
     traced, shapes = jax.make_jaxpr(parts, return_shape=True)(number, number)
-    follows = _followers(traced.jaxpr)
+    follows = followers(traced.jaxpr)
     structure = len(jax.tree.leaves(shapes[0]))
     return Traits(any(follows[:structure]), any(follows[structure:]))
 
 
-def _followers(jaxpr: Any) -> list[bool]:
+def followers(jaxpr: Any) -> list[bool]:
     """Which results follow the last argument."""
     touched = {jaxpr.invars[-1]}
     for equation in jaxpr.eqns:

@@ -1,0 +1,150 @@
+"""What a user gives for a delay equation: arrays, numbers, or functions of time, checked and made part of a system."""
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from lobex import _checks
+from lobex._pytree import pytree
+from lobex.systems.coefficients import Coefficient, Constant, Function
+from lobex.systems.delays import Bounded, ConstantDelay, Delay, Varying, WholePeriod
+from lobex.systems.traits import followers
+
+Array = Any
+# A number or an array, or a function of (t, speed, gain) in pure JAX, t in s.
+Given = Any
+
+
+class Point(NamedTuple):
+    """Where functions are asked: speed, gain, and the period and its breaks at them."""
+
+    speed: Array
+    gain: Array
+    period: Array
+    breaks: Array
+
+
+@pytree(static=("name", "shape"))
+class Shaped:
+    """A function that returns an array of the right shape, or a number where that has one entry."""
+
+    function: Any
+    name: str
+    shape: tuple[int, ...]
+
+    def __call__(self, *point: Array) -> Array:
+        try:
+            value = jnp.asarray(self.function(*point), dtype=jnp.result_type(float))
+        except TypeError as error:
+            reason = str(error).splitlines()[0]
+            raise ValueError(f"{self.name} cannot be traced by JAX; write it with jax.numpy ({reason})") from None
+        if jnp.size(value) == 1 and np.prod(self.shape) == 1:
+            return value.reshape(self.shape)
+        if jnp.shape(value) != self.shape:
+            raise ValueError(f"{self.name} returns the shape {jnp.shape(value)}; return {self.shape}")
+        return value
+
+
+def coefficient_at(function: Shaped, point: Point) -> Coefficient:
+    """What a function is at a point: a constant one where it does not follow the time."""
+    if _follows_time(function, point):
+        return Function(function, point.speed, point.gain, point.period, point.breaks)
+    return Constant(function(jnp.zeros_like(point.period), point.speed, point.gain))
+
+
+def by_gain(function: Shaped, point: Point) -> Coefficient:
+    """Of a function that does not follow the time, what it is more than without gain."""
+    start, none = jnp.zeros_like(point.period), jnp.zeros_like(point.gain)
+
+    def at(gain: Array) -> Array:
+        return function(start, point.speed, gain)
+
+    def slope(gain: Array) -> Array:
+        return jax.jvp(at, (gain,), (jnp.ones_like(gain),))[1]
+
+    # Proportional to rounding, where a difference would lose digits.
+    if not any(followers(jax.make_jaxpr(slope)(_number()).jaxpr)):
+        return Constant(point.gain * slope(none))
+    return Constant(at(point.gain) - at(none))
+
+
+def delay_at(name: str, delay: Given, point: Point, within: tuple[float, float]) -> Delay:
+    """A delay at a point, in the range that it was promised to be in."""
+    if delay is None:
+        return WholePeriod()
+    if not callable(delay):
+        return Bounded(ConstantDelay(delay), *within)
+    function = Shaped(delay, name, ())
+    if _follows_time(function, point):
+        return Bounded(Varying(function, point.speed, point.gain), *within)
+    return Bounded(ConstantDelay(function(jnp.zeros_like(point.period), point.speed, point.gain)), *within)
+
+
+def period_at(given: Given, speed: Array, gain: Array) -> Array:
+    """T; no number where it is not above zero."""
+    if given is None:
+        return 1 / speed
+    period = Shaped(given, "period", ())(speed, gain) if callable(given) else jnp.asarray(given)
+    return jnp.where(period > 0, period, jnp.nan)
+
+
+def _number() -> jax.ShapeDtypeStruct:
+    return jax.ShapeDtypeStruct((), jnp.result_type(float))
+
+
+def _follows_time(function: Shaped, point: Point) -> bool:
+    return any(followers(jax.make_jaxpr(lambda t: function(t, point.speed, point.gain))(_number()).jaxpr))
+
+
+def as_function(given: Any) -> Any:
+    """A function as JAX takes it in a pytree."""
+    return given if isinstance(given, jax.tree_util.Partial) else jax.tree_util.Partial(given)
+
+
+def as_matrix(name: str, value: Any) -> Any:
+    """A matrix of finite numbers; a number is one of a single entry."""
+    numbers = _checks.as_numbers(name, value)
+    matrix = jnp.asarray(value) if numbers is None else numbers
+    if np.ndim(matrix) == 0:
+        matrix = matrix.reshape(1, 1)
+    if np.ndim(matrix) != 2 or not np.size(matrix):
+        raise ValueError(f"{name} has shape {np.shape(value)}; give a matrix")
+    return matrix
+
+
+def as_coefficient(name: str, given: Given, shape: tuple[int, int]) -> Any:
+    """A function, or a matrix of the right shape."""
+    if callable(given):
+        return as_function(given)
+    matrix = as_matrix(name, given)
+    if np.shape(matrix) != shape:
+        raise ValueError(f"{name} has shape {np.shape(matrix)}; give {shape}")
+    return matrix
+
+
+def as_duration(name: str, given: Given) -> Any:
+    """A function, or a number of seconds above zero."""
+    if callable(given):
+        return as_function(given)
+    _checks.scalar(name, given)
+    _checks.positive(name, given, "s")
+    return given
+
+
+def as_pair(index: int, pair: Any, shape: tuple[int, int]) -> tuple[Any, Any]:
+    """A matrix and its delay, None for a period."""
+    name = f"delayed[{index}]"
+    if not isinstance(pair, tuple | list) or len(pair) != 2:
+        raise ValueError(f"{name} = {_checks.brief(pair)} must be a pair: a matrix and its delay in s")
+    delay = None if pair[1] is None else as_duration(f"the delay of {name}", pair[1])
+    return as_coefficient(name, pair[0], shape), delay
+
+
+def as_phases(breaks: Any) -> np.ndarray:
+    """Phases of a period."""
+    phases = _checks.as_numbers("breaks", breaks)
+    if phases is None or phases.ndim != 1 or np.any((phases < 0) | (phases >= 1)):
+        raise ValueError(f"breaks = {_checks.brief(breaks)} must be phases t/T from 0 to below 1")
+    return phases

@@ -1,0 +1,265 @@
+"""The cases of a file of reference numbers as processes of lobex: one small builder per group.
+
+Conventions and equations stand in the file itself, under "conventions". What differs between cases in numbers alone is
+handed to one function by ``Partial``, so that it is compiled once.
+"""
+
+from collections.abc import Iterator
+from math import isclose, pi, sqrt
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+from jax.tree_util import Partial
+
+import lobex
+from reference_tasks import (
+    Case,
+    Inexpressible,
+    Multiplier,
+    Numbers,
+    Task,
+    crossings,
+    lowest,
+    name,
+    whole_parts,
+)
+from reference_tools import process_damping, variable_pitch
+
+# Steps of Newton's method from the delay of the speed now.
+NEWTON = 12
+
+
+def cases_of(reference: Case) -> Iterator[Task]:
+    """Every case of a file."""
+    builders = {"a": variable_pitch, "c": speed_variation, "d": mathieu, "e": process_damping, "g": blade, "g3": ring}
+    missing = {"b": "helix", "f": "forcing"}
+    for group, content in reference.items():
+        if group in builders:
+            yield from builders[group](content)
+        elif group in missing:
+            yield from unknown(group, content, f"needs {missing[group]}")
+        elif group != "conventions":
+            yield from unknown(group, content, "is a group without a builder")
+
+
+def unknown(group: str, content: Case, reason: str) -> Iterator[Task]:
+    """Of a group that cannot be expressed, every case."""
+    for part, listed in content.items():
+        if isinstance(listed, list):
+            yield from (Inexpressible(f"{group} {part}", name(case), reason) for case in listed)
+
+
+def speed_variation(content: Case) -> Iterator[Task]:
+    """Group c; the speed is that of the mean spindle."""
+    for part in ("mu", "critical"):
+        for case in content[part]:
+            ratio, omega = case.get("zeta", 0.02), 2 * pi * case.get("wn_Hz", 100.0)
+            speed = case["rpm"] / 60
+            if case["form"] == "constant speed":
+                mode = lobex.Modes.single(frequency=omega / (2 * pi), damping_ratio=ratio, mass=1 / omega**2)
+                crossing = case["crossings"][0]
+                given = case | {"kind": crossing["kind"], "rel_diff": crossing["rel_diff"]}
+                yield lowest("c constant speed", lobex.Rub(mode), speed, given, crossing["gain"], (0.0, 0.0), None)
+                continue
+            process = varying(case["form"], case["RVA"], case["RVF"], (2 * ratio * omega, omega**2, omega**2, 1.0))
+            if part == "mu":
+                yield Multiplier("c mu", name(case), process, speed, case["gain"], case)
+            else:
+                yield crossings("c critical", process, speed, case, "gain")
+    process = varying("first-order", -0.1, 0.1, (0.1, 1.2, 1.0, 0.0))
+    yield Multiplier("c oscillator", "oscillator", process, 0.3 / (2 * pi), 0.2, content["oscillator"])
+
+
+def varying(form: str, amplitude: float, frequency: float, equation: tuple[float, float, float, float]) -> Any:
+    """x'' + c x' + k x = gain p (x(t - tau(t)) - s x), of the numbers c, k, p and s."""
+    damping, stiffness, force, now = equation
+    chosen = np.array([float(form == one) for one in ("exact", "instantaneous", "first-order")])
+    law = Partial(delay_by_law, {"A": amplitude, "R": frequency, "form": chosen})
+    slowest = 1 - abs(amplitude)
+    return lobex.LinearDelay.second_order(
+        1.0,
+        damping,
+        Partial(stiffening, np.array([stiffness, force * now])),
+        delayed=[(Partial(proportional, force), law)],
+        period=Partial(part_of_a_turn, frequency),
+        delay_range=whole_parts(frequency * slowest, frequency / slowest),
+    )
+
+
+def stiffening(numbers: Numbers, t: Any, speed: Any, gain: Any) -> Any:
+    return (numbers[0] + numbers[1] * gain)[None, None]
+
+
+def proportional(factor: Any, t: Any, speed: Any, gain: Any) -> Any:
+    return factor * gain
+
+
+def delay_by_law(numbers: Numbers, t: Any, speed: Any, gain: Any) -> Any:
+    """All three forms, of which one is chosen."""
+    amplitude, ratio = numbers["A"], numbers["R"]
+    omega = 2 * jnp.pi * speed
+    turned = omega * t
+    change = amplitude * jnp.sin(ratio * turned)
+    exact = 2 * jnp.pi / (1 + change)
+    for _ in range(NEWTON):
+        before = ratio * (turned - exact)
+        angle = exact - amplitude / ratio * (jnp.cos(ratio * turned) - jnp.cos(before))
+        exact = exact - (angle - 2 * jnp.pi) / (1 + amplitude * jnp.sin(before))
+    return numbers["form"] @ jnp.stack([exact, 2 * jnp.pi / (1 + change), 2 * jnp.pi * (1 - change)]) / omega
+
+
+def mathieu(content: Case) -> Iterator[Task]:
+    """Group d."""
+    for part in ("mu", "critical"):
+        for case in content[part]:
+            share = case["tau"] / (2 * pi)
+            whole = isclose(share, 1.0)
+            process = lobex.LinearDelay.second_order(
+                1.0,
+                case["a1"],
+                Partial(pulsating, np.array([case["delta"], case["eps"]], dtype=float)),
+                delayed=[(Partial(proportional, 1.0), None if whole else case["tau"])],
+                period=2 * pi,
+                delay_range=None if whole else whole_parts(share, share),
+            )
+            if part == "mu":
+                yield Multiplier("d mu", name(case), process, 1.0, case["b"], case)
+            else:
+                yield crossings("d critical", process, 1.0, case, "b")
+
+
+def pulsating(numbers: Numbers, t: Any, speed: Any, gain: Any) -> Any:
+    return (numbers[0] + numbers[1] * jnp.cos(t))[None, None]
+
+
+# Blades that rub.
+
+
+def blade(content: Case) -> Iterator[Task]:
+    """Group g."""
+    for case in content["cases"]:
+        process, exact = blade_process(content, case)
+        group, speed, limit = f"g {case['case']}", case["speed_Hz"], case["critical_K"]
+        bounds = (1e-2 * limit, 1.1 * limit)
+        yield lowest(f"{group} limit", process, speed, case, limit, bounds, None if exact else 129)
+        for point in case["points"]:
+            yield Multiplier(f"{group} mu", f"{name(case)} K={point['K']:g}", process, speed, point["K"], point)
+
+
+def blade_process(content: Case, case: Case) -> tuple[Any, bool]:
+    """The blade of a case, and whether ``exact_limit`` takes it."""
+    beam, casing = content["beam"], content["casing"]
+    alone = case["case"] != "beam"
+    angle = np.deg2rad(case.get("alpha_deg", casing["alpha_deg"]))
+    friction = case.get("friction", casing["friction"])
+    bending, axial = (3, 0) if alone else (beam["bending"], beam["axial"])
+    area = beam["width"] * beam["thickness"]
+    inertia = beam["width"] * beam["thickness"] ** 3 / 12
+    beta = np.asarray(content["beta"][:bending])
+    mass = beam["rho"] * area * beam["L"]
+    order = np.arange(axial)
+    omega = np.concatenate(
+        [
+            beta**2 / beam["L"] ** 2 * sqrt(beam["E"] * inertia / (beam["rho"] * area)),
+            (2 * order + 1) * pi / (2 * beam["L"]) * sqrt(beam["E"] / beam["rho"]),
+        ]
+    )
+    if case["case"] == "centrifugal":
+        omega = np.sqrt(omega**2 + np.asarray(case["B"]) * (2 * pi * case["speed_Hz"]) ** 2)
+    across = np.concatenate([2 / sqrt(mass) * (-1.0) ** np.arange(bending), np.zeros(axial)])
+    along = np.concatenate([np.zeros(bending), sqrt(2 / mass) * (-1.0) ** order])
+    shape = np.cos(angle) * along + np.sin(angle) * across
+    loading = shape + friction * (-np.sin(angle) * along + np.cos(angle) * across)
+    ratio = np.full(len(omega), beam["xi"])
+    if case["case"] == "casing-ring":
+        return in_ring_casing(omega, ratio, shape, loading, casing, case), False
+    if case["case"] == "casing-local":
+        omega = np.append(omega, 2 * pi * casing["frequency_Hz"])
+        ratio = np.append(ratio, casing["xi"])
+        shape, loading = (np.append(side, -1 / sqrt(casing["m"])) for side in (shape, loading))
+    return lobex.Rub(lobex.Modes(omega, ratio, shape[:, None], loading[:, None])), True
+
+
+def in_ring_casing(
+    omega: np.ndarray, ratio: np.ndarray, shape: np.ndarray, loading: np.ndarray, casing: Case, case: Case
+) -> Any:
+    """Seen from the contact, which turns past the casing: p_c + i p_s = (c + i s) e^{i nd theta}."""
+    n, own = len(omega), 2 * pi * casing["frequency_Hz"]
+    turning = 2 * pi * case["speed_Hz"] * case.get("nodal_diameters", casing["nd"])
+    turn = turning * np.array([[0.0, -1.0], [1.0, 0.0]])
+    damping = 2 * np.diag(np.append(ratio * omega, [casing["xi"] * own] * 2))
+    damping[n:, n:] += 2 * turn
+    stiffness = np.diag(np.append(omega**2, [own**2 - turning**2] * 2))
+    stiffness[n:, n:] += 2 * casing["xi"] * own * turn
+    return contact_process(
+        damping, stiffness, np.append(loading, [-1 / casing["m"], 0])[:, None], np.append(shape, [-1.0, 0])[None]
+    )
+
+
+def contact_process(
+    damping: np.ndarray,
+    stiffness: np.ndarray,
+    loading: np.ndarray,
+    seen: np.ndarray,
+    delayed: Any = None,
+    **others: Any,
+) -> Any:
+    """q'' + C q' + K q = loading f and f = -gain (seen q - what was there); the state is (q, q'/omega)."""
+    p = len(damping)
+    omega = sqrt(np.mean(np.diag(stiffness)))
+    return lobex.LinearDelay(
+        drift=np.block([[np.zeros((p, p)), omega * np.eye(p)], [-stiffness / omega, -damping]]),
+        inputs=np.concatenate([np.zeros(loading.shape), loading / omega]),
+        outputs=np.concatenate([seen, np.zeros(seen.shape)], axis=1),
+        present=Partial(proportional, -np.eye(len(seen))),
+        delayed=delayed or [(Partial(proportional, np.eye(len(seen))), None)],
+        **others,
+    )
+
+
+def ring(content: Case) -> Iterator[Task]:
+    """Group g3."""
+    one = content["ring"]
+    blades = int(one["N"])
+    unit = np.eye(blades)
+    for case in content["cases"]:
+        kind, speed = case["case"], case["speed_Hz"]
+        mistune = np.asarray(one["mistune"]) * ("mistuned" in kind)
+        gaps = np.asarray(one["gaps_deg"]) / 360 if "unequal" in kind else np.full(blades, 1 / blades)
+        omega = 2 * pi * one["f"] * (1 + mistune)
+        between = (2 * pi * one["coupling_Hz"]) ** 2 * ("coupled" in kind)
+        stiffness = np.diag(omega**2) + between * (2 * unit - np.roll(unit, 1, axis=0) - np.roll(unit, -1, axis=0))
+        # Blade j meets what blade j - 1 left.
+        before = np.roll(unit, 1, axis=0)
+        if "unequal" in kind:
+            delayed = [
+                (Partial(proportional, np.outer(unit[j], before[j])), Partial(part_of_a_turn_ago, gaps[j]))
+                for j in range(blades)
+            ]
+        else:
+            delayed = [(Partial(proportional, before), Partial(part_of_a_turn_ago, 1 / blades))]
+        process = contact_process(
+            np.diag(2 * one["xi"] * omega),
+            stiffness,
+            one["phi"] * unit,
+            one["phi"] * unit,
+            delayed,
+            delay_range=whole_parts(gaps.min(), gaps.max()),
+        )
+        limit = case["critical_K"]
+        # Of one blade alone, the least of all speeds.
+        least = 2 * one["xi"] * (2 * pi * one["f"] / one["phi"]) ** 2
+        bounds = 0.2 * least, max(5 * least, 1.2 * limit)
+        told = case | ({"kind": "hopf"} if abs(case["mu"][1]) > 1e-6 else {})
+        yield lowest(f"g3 {kind} limit", process, speed, told, limit, bounds, 65)
+        for point in case["points"]:
+            yield Multiplier(f"g3 {kind} mu", f"{name(case)} K={point['K']:g}", process, speed, point["K"], point)
+
+
+def part_of_a_turn_ago(share: Any, t: Any, speed: Any, gain: Any) -> Any:
+    return share / speed
+
+
+def part_of_a_turn(numbers: Numbers, speed: Any, gain: Any) -> Any:
+    return 1 / (numbers * speed)

@@ -1,0 +1,75 @@
+"""The comparison with a file of reference numbers: what agrees, what does not, and what cannot be expressed."""
+
+import copy
+import json
+
+import pytest
+
+import references
+
+# A titanium blade, its contact inclined by 30 degrees: by D-subdivision, and by Newton on the characteristic equation.
+BLADE = {
+    "beam": {
+        **{"E": 110e9, "rho": 4430.0, "L": 0.2, "width": 0.05, "thickness": 0.004},
+        **{"bending": 4, "axial": 1, "xi": 0.01},
+    },
+    "beta": [1.8751040687119611, 4.694091132974174, 7.854757438237613, 10.995540734875467, 14.13716839104647],
+    "casing": {"frequency_Hz": 350.0, "xi": 0.02, "m": 1.5, "nd": 2, "alpha_deg": 30, "friction": 0.15},
+    "cases": [
+        {
+            **{"case": "beam", "speed_Hz": 60.0, "alpha_deg": 30, "friction": 0.0},
+            **{"critical_K": 6719.30290802, "chatter_Hz": 91.4978024017, "rel_diff": 3.8e-13},
+            "points": [
+                {"K": 3360.0, "mu": [-0.7650971479, 0.279171795972], "spectral_radius": 0.814438786768},
+                {"K": 13440.0, "mu": [-1.09424914267, 0.95458441984], "spectral_radius": 1.45210626362},
+            ],
+        }
+    ],
+}
+
+
+def compared(path, content, capsys):
+    path.write_text(json.dumps({"conventions": {"general": "SI units"}} | content))
+    code = references.main([str(path)])
+    return code, [line.split() for line in capsys.readouterr().out.splitlines()[1:]]
+
+
+def test_numbers_that_agree_and_one_that_does_not(tmp_path, capsys):
+    code, rows = compared(tmp_path / "good.json", {"g": BLADE}, capsys)
+    assert code == 0
+    assert [row[:5] for row in rows] == [["g", "beam", "limit", "1", "0"], ["g", "beam", "mu", "2", "0"]]
+    assert all(float(row[5]) < 1e-10 for row in rows)
+    wrong = copy.deepcopy(BLADE)
+    wrong["cases"][0]["points"][1]["mu"][1] *= 1 + 1e-6
+    wrong["cases"][0]["critical_K"] *= 1 + 1e-6
+    code, rows = compared(tmp_path / "wrong.json", {"g": wrong}, capsys)
+    assert code == 1
+    assert [row[3:5] for row in rows] == [["1", "1"], ["2", "1"]]
+    assert rows[1][-1] == "K=13440"
+    assert float(rows[0][5]) == pytest.approx(1e-6, rel=0.1)
+    # What a case says its own number to be good to is enough.
+    wrong["cases"][0]["rel_diff"] = 2e-6
+    assert compared(tmp_path / "coarse.json", {"g": wrong}, capsys)[1][0][4] == "0"
+
+
+def test_what_cannot_be_expressed_is_counted_and_named(tmp_path, capsys):
+    case = {"tool": "x922", "helix_deg": 30, "rpm": 12000, "depth_m": 5e-4, "mu": [-0.3764, 0.6615]}
+    code, rows = compared(tmp_path / "helix.json", {"b": {"tools": {}, "mu": [case]}, "new": {"cases": [case]}}, capsys)
+    assert code == 1
+    assert rows[0] == ["b", "mu", "1", "-", "-", "not", "expressible:", "needs", "helix"]
+    assert rows[1][:3] == ["new", "cases", "1"]
+
+
+def test_changes_of_another_number_order_or_kind_are_wrong():
+    found = [(0.5, "unstable"), (0.7, "stable")]
+    limit = type("Found", (), {"status": ["found"], "gain": [0.5], "kind": ["hopf"], "chatter_frequency": [80.0]})
+
+    def error(*changes, **others):
+        task = references.Limits("c", "", None, 1.0, (0.1, 1.0), 65, list(changes), None, 0.0, **others)
+        return references.of_limit(task, found[: 1 if len(changes) < 2 else 2], limit, 0)
+
+    assert error((0.5, "unstable", "hopf")) == 0
+    assert error((0.5, "unstable", "flip")) == float("inf")
+    assert error((0.5, "stable", "hopf")) == float("inf")
+    assert error() == float("inf")
+    assert error((0.5, "unstable", None), (0.7, "unstable", None)) == float("inf")
