@@ -18,7 +18,7 @@ _SMOOTH, _ROUGH = 3.0, 0.05
 # Where what is remembered is met between the nodes, what they leave of the force bends it at the ends of pieces: so
 # much of what they leave of y, over the cube of their number, and in proportion to what they leave of both. Bounds
 # fitted to several delays, delays apart from the period, and delays that vary (tests/test_general_error.py).
-_BETWEEN, _BOTH = 4.0, 5.0
+_BETWEEN, _BOTH = 30.0, 10.0
 # Above this the last terms tell nothing of the rest.
 _UNKNOWN = 0.1
 

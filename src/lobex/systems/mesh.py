@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from lobex._namespace import namespace
 from lobex.systems.coefficients import Piece, pieces_between
 from lobex.systems.delays import Delay
 from lobex.systems.system import DelaySystem, Places
@@ -87,7 +88,7 @@ def places_that_matter(system: DelaySystem) -> Places:
 def _places(system: DelaySystem) -> Array:
     """The phases at which coefficients jump, and unless every delay is the whole period their images by each."""
     starts = [piece.start for term in system.terms for piece in term.coefficient.pieces()]
-    jumps = jnp.stack([jnp.asarray(start, dtype=float) for start in starts])
+    jumps = _array(starts)
     if system.repeats:
         return jumps
     return jnp.concatenate([jumps, *(_image(jumps, delay, system.period) for delay in system.delays)])
@@ -100,22 +101,28 @@ def mesh_of(system: DelaySystem) -> Mesh:
         contacts = [index for index, piece in enumerate(pieces) if piece.idle is not True]
         start, length, gap = [], [], []
         for first, after in zip(contacts, [*contacts[1:], len(pieces)], strict=True):
-            start.append(jnp.asarray(pieces[first].start, dtype=float))
-            length.append(jnp.asarray(pieces[first].length, dtype=float))
-            gap.append(sum((jnp.asarray(piece.length) for piece in pieces[first + 1 : after]), jnp.zeros(())))
-        gaps = jnp.stack(gap) if len(contacts) < len(pieces) else None
-        return Mesh(jnp.stack(start), jnp.stack(length), gaps, len(contacts), True, False)
+            start.append(pieces[first].start)
+            length.append(pieces[first].length)
+            gap.append(sum((piece.length for piece in pieces[first + 1 : after]), 0.0))
+        gaps = _array(gap) if len(contacts) < len(pieces) else None
+        return Mesh(_array(start), _array(length), gaps, len(contacts), True, False)
     alike = len(pieces) == 1
     parts = _parts(system, len(pieces))
     share = np.arange(parts) / parts
-    start = jnp.stack([jnp.asarray(piece.start) + piece.length * part for piece in pieces for part in share])
-    length = jnp.stack([jnp.asarray(piece.length / parts) for piece in pieces for _ in share])
+    start = _array([piece.start + piece.length * part for piece in pieces for part in share])
+    length = _array([piece.length / parts for piece in pieces for _ in share])
     if alike:
         reach = ceil(system.longest * parts - _ROUNDING)
     else:
         reach = ceil(system.longest - _ROUNDING) * len(start) if system.places is None else system.places.reach * parts
     recent = not alike or system.shortest < (1 - _ROUNDING) / parts
     return Mesh(start, length, None, max(reach, 1), False, recent)
+
+
+def _array(numbers: list[Any]) -> Array:
+    """Numbers as one array, at hand where they are."""
+    lib = namespace(numbers)
+    return lib.stack([lib.asarray(number, dtype=lib.result_type(float)) for number in numbers])
 
 
 def _parts(system: DelaySystem, pieces: int) -> int:
