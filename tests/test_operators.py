@@ -142,8 +142,9 @@ def test_size_is_the_operators_size(process, speed, gain, method):
         assert lobex.monodromy(process, speed, gain, chosen).shape == (size, size)
 
 
-def test_reduced_rod_operator_has_48_rows_and_the_full_one_390():
-    assert lobex.monodromy(ROD, 85.0, 1e6).shape == (48, 48)
+def test_reduced_rod_operator_has_50_rows_and_the_full_one_390():
+    assert lobex.monodromy(ROD, 85.0, 1e6).shape == (50, 50)
+    assert lobex.monodromy(ROD, 85.0, 1e6, lobex.Chebyshev(40)).shape == (48, 48)
     assert lobex.monodromy(ROD, 85.0, 1e6, lobex.Chebyshev(40, full=True)).shape == (400 - 10, 400 - 10)
 
 

@@ -23,7 +23,7 @@ def compute(share: float = 1.0) -> Results:
     speed = models.grid(2000, 25000, 401, share) / 60
     depth = models.grid(0, 5e-3, 101, share)
     methods: dict[str, Any] = {
-        "converged": None,
+        "converged": lobex.Auto(),
         "chebyshev": lobex.Chebyshev(nodes=40, aligned=False),
         "semi_discretization": lobex.SemiDiscretization(steps=40),
     }

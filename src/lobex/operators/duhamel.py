@@ -11,7 +11,7 @@ import numpy as np
 from lobex import _checks
 from lobex._pytree import pytree
 from lobex.floquet.power import Pair, rotation
-from lobex.operators.estimate import InContact, estimated_error, rounding, unresolved, unresolved_force
+from lobex.operators.estimate import InContact, estimated_error, rounding, sizes_of, unresolved, unresolved_force
 from lobex.operators.operator import MOST_NODES, MonodromyOperator
 from lobex.operators.prepared import Prepared, prepare
 from lobex.operators.response import gauss_nodes
@@ -155,7 +155,8 @@ class Duhamel:
         unmet_force = march.forces.reshape(jnp.shape(acting[0])) - sum(acting)
         ends = jnp.stack([parts.start, parts.flown + parts.pushed], axis=1)
         shape = system.output_matrix() / _output_scale(system)
-        unscaled = _size(forces.present) / _scale(system), sum(_size(part) for part in forces.delayed) / _scale(system)
+        now, later = (sizes_of(outputs) / _scale(system) for outputs in (system.outputs, system.recalled))
+        unscaled = _size(forces.present * now), sum(_size(part * later) for part in forces.delayed)
         contacts = InContact(
             length=mesh.length,
             missed=prepared.missed,

@@ -29,7 +29,8 @@ class InContact(NamedTuple):
     Attributes:
         length: of the piece, in periods.
         missed: how much of each mode's vibration lies beyond the nodes, (n,).
-        force: norms of the coefficients of the present and of the delayed force at the nodes, (2, q).
+        force: norms of the coefficients of the present and of the delayed force at the nodes, (2, q), of outputs that
+            are each of size 1, see ``sizes_of``.
         unresolved: squares of what the nodes leave of y, and of all of it, (2,).
         unresolved_force: the same of the force, which is known at the nodes alone, (2,).
         unmet: square of by how much y misses its equations at the nodes.
@@ -97,7 +98,8 @@ def estimated_error(system: DelaySystem, contacts: InContact, value: Array) -> A
     that can do work and of the delayed one; a constant force of one
     output is a spring, which does none unless that holds velocities.
     """
-    blocks, inputs, outputs = (jnp.asarray(part) for part in (system.blocks, system.inputs, system.outputs))
+    blocks, inputs = jnp.asarray(system.blocks), jnp.asarray(system.inputs)
+    outputs = jnp.asarray(system.outputs) / sizes_of(system.outputs)[:, None]
     tiny = jnp.finfo(blocks.dtype).tiny
     tail, force_tail = (_share(part, tiny) for part in (contacts.unresolved, contacts.unresolved_force))
     mobility = jnp.sqrt(jnp.sum(inputs**2, axis=(1, 2)) * jnp.sum(outputs**2, axis=(1, 2)))
@@ -126,6 +128,12 @@ def estimated_error(system: DelaySystem, contacts: InContact, value: Array) -> A
     alone = quicker & (drive * mobility / 2 > (1 - looped) * decay)
     unknown = (tail > _UNKNOWN) if system.repeats else (jnp.maximum(tail, force_tail) > _UNKNOWN)
     return jnp.where(unknown | (looped >= 1) | jnp.any(alone), jnp.inf, error)
+
+
+def sizes_of(outputs: Array) -> Array:
+    """|C| of each output, from columns per block (n, r, s), shape (r,): what it is divided by to have no unit."""
+    sizes = jnp.sqrt(jnp.sum(jnp.asarray(outputs) ** 2, axis=(0, 2)))
+    return jnp.where(sizes > 0, sizes, 1.0)
 
 
 def _share(unresolved: Array, tiny: Any) -> Array:

@@ -211,6 +211,11 @@ class _Less:
 
     constant: ClassVar[bool] = False
 
+    @property
+    def breaks(self) -> Array:
+        """Those of the whole, by which coefficients that share them are known."""
+        return getattr(self.whole, "breaks", self)
+
     def pieces(self) -> Any:
         return self.whole.pieces()
 

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex._namespace import namespace
-from lobex.systems.coefficients import Piece, pieces_between
+from lobex.systems.coefficients import Coefficient, Piece, pieces_between
 from lobex.systems.delays import Delay
 from lobex.systems.system import DelaySystem, Places
 
@@ -51,11 +51,11 @@ def pieces_of(system: DelaySystem) -> tuple[Piece, ...]:
     A force that jumps bends what is remembered, and so the forces of every delay later, unless that is the whole
     period: these first images of the jumps end pieces as well. Their images in turn are weaker by two more orders.
     """
-    own = [pieces for term in system.terms if (pieces := term.coefficient.pieces())]
+    own = _jumping(system)
     if not own:
         return (Piece(0.0, 1.0, False),)
     if len(system.terms) == 1 and system.repeats:
-        return own[0]
+        return own[0].pieces()
     places = _places(system)
     return pieces_between(places if system.places is None else places[np.array(system.places.kept)])
 
@@ -85,9 +85,18 @@ def places_that_matter(system: DelaySystem) -> Places:
     return Places(tuple(kept), min(reach, len(kept)) if system.longest <= 1 else ceil(system.longest) * len(kept))
 
 
+def _jumping(system: DelaySystem) -> list[Coefficient]:
+    """The coefficients that jump; of those that share their breaks one."""
+    own: dict[int, Coefficient] = {}
+    for coefficient in (term.coefficient for term in system.terms):
+        if coefficient.pieces():
+            own.setdefault(id(getattr(coefficient, "breaks", coefficient)), coefficient)
+    return list(own.values())
+
+
 def _places(system: DelaySystem) -> Array:
     """The phases at which coefficients jump, and unless every delay is the whole period their images by each."""
-    starts = [piece.start for term in system.terms for piece in term.coefficient.pieces()]
+    starts = [piece.start for coefficient in _jumping(system) for piece in coefficient.pieces()]
     jumps = _array(starts)
     if system.repeats:
         return jumps
