@@ -91,7 +91,7 @@ def test_the_closed_form_gives_the_published_depth():
     assert roots_beyond(MODES, 1.01 * limit.gain[0] * 2e9, SPEED, 0.0) == 2
 
 
-@pytest.mark.parametrize("method", [None, lobex.Duhamel()], ids=["axis", "operator"])
+@pytest.mark.parametrize("method", [lobex.Auto(), lobex.Duhamel()], ids=["axis", "operator"])
 def test_the_search_gives_the_published_depth(method):
     searched = lobex.critical_gain(TURNING, [SPEED], (1e-4, 3e-3), method)
     assert searched.gain == pytest.approx(lobex.exact_limit(TURNING, [SPEED]).gain, rel=1e-9)

@@ -88,5 +88,5 @@ def test_broadcasting_shapes():
     assert lobex.spectral_radius(ROD, speeds, gains).shape == (2, 4, 3)
     assert lobex.spectral_radius(ROD, 100.0, 1e6).shape == ()
     assert lobex.spectral_radius(ROD, [100.0], [1e6]).shape == (1,)
-    assert lobex.multipliers(ROD, [100.0, 110.0], 1e6).shape == (2, 48)
-    assert lobex.monodromy(ROD, 100.0, [1e6, 2e6]).shape == (2, 48, 48)
+    assert lobex.multipliers(ROD, [100.0, 110.0], 1e6).shape == (2, 50)
+    assert lobex.monodromy(ROD, 100.0, [1e6, 2e6]).shape == (2, 50, 50)

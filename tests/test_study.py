@@ -4,6 +4,7 @@ import re
 from pathlib import Path
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -198,12 +199,15 @@ def test_only_the_chunks_asked_for_are_read(tmp_path, monkeypatch):
 
 
 def test_failed_points_are_counted_over_all_chunks():
-    def fails(numbers):
-        return lobex.Rub(lobex.Modes([1000.0], [0.03], [[numbers["a"]]]))
+    def at_most_one(a, t, speed, gain):
+        return jnp.where(a > 1, jnp.nan, gain)
 
-    # Beyond the largest number the operator is not finite, and a chunk warns.
+    def fails(numbers):
+        return lobex.LinearDelay([[-1.0]], [(jax.tree_util.Partial(at_most_one, numbers["a"]), None)])
+
+    # Where the equation has no number a point has none, and a chunk warns.
     with pytest.warns(lobex.SweepWarning, match=r"failed and are NaN.*first of 2 such warnings in 3 chunks"):
-        study = lobex.sweep(fails, [500.0, 600.0], [1e98, 1e99], METHOD, over={"a": [1e-47, 1e99, 1e100]})
+        study = lobex.sweep(fails, [0.5, 0.6], [0.1, 0.2], METHOD, over={"a": [1.0, 2.0, 3.0]})
     failed = np.isnan(study["spectral_radius"]).to_numpy()
     assert not failed[0].any()
     assert failed[1:].all()

@@ -158,9 +158,12 @@ class Chebyshev:
         steps = response, forces, found, flights
         # The first by itself: products with what is the same at all points of a batch are quicker.
         state, first = over((identity[:d], past), jax.tree.map(lambda part: part[0], steps))
-        few = mesh.pieces <= _FEW
-        (z, past), others = jax.lax.scan(over, state, jax.tree.map(lambda part: part[1:], steps), unroll=few or 1)
-        motion = jax.tree.map(lambda one, rest: jnp.concatenate([one[None], rest]), first, others)
+        motion = jax.tree.map(lambda one: one[None], first)
+        if mesh.pieces > 1:
+            rest = jax.tree.map(lambda part: part[1:], steps)
+            state, others = jax.lax.scan(over, state, rest, unroll=mesh.pieces <= _FEW or 1)
+            motion = jax.tree.map(lambda one, more: jnp.concatenate([one, more]), motion, others)
+        z, past = state
         matrix = jnp.concatenate([z, past])[: len(identity)]
         return MonodromyOperator(matrix, *self._samples(mesh, *motion))
 

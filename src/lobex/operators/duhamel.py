@@ -136,6 +136,8 @@ class Duhamel:
         """The operator's matrix, (N, N); a product with the identity is spared."""
         size = jnp.shape(respond)[-1]
         first = _moved_on(jnp.eye(size, dtype=respond.dtype), prepared.advance[0], respond[0])
+        if len(respond) == 1:
+            return first
 
         def over(past: Array, piece: tuple[Array, Array]) -> tuple[Array, None]:
             return _moved_on(past, piece[1] @ past, piece[0] @ past), None
