@@ -190,11 +190,17 @@ class _Slab:
 
     def _settle(self, points: np.ndarray, method: Duhamel) -> None:
         """Compute points with the nodes of ``method``, with more effort where the pair does not settle."""
-        speeds = np.resize(self.speeds, SPEEDS)
-        prepared = prepared_at(
-            self.whole.process, method, speeds, self.gain[0], self.whole.traits, self.whole.in_flight
-        )
         mesh = mesh_of(self.whole.process.system(self.speeds[0], self.gain[0]))
+        # What many pieces make of a long past is large: it is made for no more speeds than there are, or nearly.
+        many = SPEEDS if mesh.pieces <= _LONG else 2 ** int(np.ceil(np.log2(len(self.speeds))))
+        prepared = prepared_at(
+            self.whole.process,
+            method,
+            np.resize(self.speeds, many),
+            self.gain[0],
+            self.whole.traits,
+            self.whole.in_flight,
+        )
         for effort in _EFFORTS_AFTER_LONG if mesh.pieces >= _LONG * mesh.history else _EFFORTS:
             self.dense_points += (effort == 0) * len(points)
             self.evaluate(prepared, points, method, effort)

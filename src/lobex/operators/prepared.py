@@ -140,24 +140,23 @@ def _looked_up(
     width = nodes * system.force_size
     m = jnp.shape(system.recalled)[1]
     recalled = response.recalled.reshape(count, -1, m, d + width)
-    of_state, of_force = recalled[..., :d], recalled[..., d:]
     synthesis = _synthesis(_FINER * nodes + _MORE)
 
-    def at_piece(slot: Array, inside: Array, order: Array, states: Array) -> tuple[Array, Array]:
+    def at_piece(piece: tuple[Array, ...]) -> tuple[Array, Array]:
+        slot, inside, order, states = piece
         weights = _legendre(2 * inside - 1, len(synthesis)) @ synthesis
-        by_force = jnp.einsum("kqf,kqfmw->kqmw", weights, of_force[order[slot]])
-        row = jnp.einsum("kqf,kqfmd->kqmd", weights, of_state[order[slot]])
-        before_now = slot < history
-        column = (jnp.arange(history) == slot[..., None])[:, :, None, :, None] * by_force[:, :, :, None]
-        shape = (*jnp.shape(by_force)[:3], history * width)
-        whole = jnp.einsum("kqmd,kqdN->kqmN", row, states[slot])
-        whole = whole + jnp.pad(column.reshape(shape), ((0, 0), (0, 0), (0, 0), (d, 0)))
-        recent = jnp.where(before_now[..., None, None], 0.0, by_force)
+        # One product for all pieces of the past, of which each delay takes its own: to gather these takes more memory.
+        chosen = (jnp.arange(history + 1) == slot[..., None])[..., None] * weights[:, :, None]
+        made = jnp.einsum("kqhf,hfmx->kqmhx", chosen, recalled[order])
+        whole = jnp.einsum("kqmhd,hdN->kqmN", made[..., :d], states)
+        columns = made[..., :history, d:].reshape(*jnp.shape(whole)[:3], history * width)
+        whole = whole + jnp.pad(columns, ((0, 0), (0, 0), (0, 0), (d, 0)))
         rows = len(system.delays), nodes * m
-        return whole.reshape(*rows, size), recent.reshape(*rows, width)
+        return whole.reshape(*rows, size), made[..., history, d:].reshape(*rows, width)
 
     order = jnp.asarray(pieces_back(mesh))
-    remembered, recent = jax.vmap(at_piece)(*places(system, mesh, gauss_nodes(nodes)[0]), order, states)
+    slot, inside = places(system, mesh, gauss_nodes(nodes)[0])
+    remembered, recent = jax.lax.map(at_piece, (slot, inside, order, states))
     return remembered, recent if mesh.recent else None
 
 
