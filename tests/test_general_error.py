@@ -1,4 +1,4 @@
-"""The estimated error of delays apart from the period, shorter and longer, and of delays that vary."""
+"""The estimated error of delays apart from the period, shorter and longer, that vary, and of forces that jump."""
 
 import jax
 import jax.numpy as jnp
@@ -18,6 +18,11 @@ def pulling(numbers, t, speed, gain):
 
 def fed_back(t, speed, gain):
     return gain
+
+
+def waiting(share, t, speed, gain):
+    """At work in a part of the period."""
+    return jnp.where(t * speed < share, 2 * gain, 0.0)
 
 
 def varying(share, t, speed, gain):
@@ -49,6 +54,20 @@ def mathieu(rng, delay, share, delay_range):
     return process, np.sort(rng.uniform(-0.8, 0.8, 4))
 
 
+def stepped(rng, delays):
+    """One that feeds back in a part of the period alone, by delays whose jumps meet in no image."""
+    numbers, share = np.array([rng.uniform(0.3, 30), rng.uniform(0.1, 2)]), rng.uniform(0.2, 0.8)
+    process = lobex.LinearDelay.second_order(
+        1.0,
+        rng.uniform(0.02, 0.3),
+        PARTIAL(pulling, numbers),
+        [(PARTIAL(waiting, share), PARTIAL(constant, delay)) for delay in delays],
+        delay_range=(min(delays), max(delays)),
+        breaks=[0.0, share],
+    )
+    return process, np.sort(rng.uniform(-2, 2, 4)) * numbers[0]
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_general_system_is_right_or_says_so(kind):
     rng = np.random.default_rng(5)
@@ -63,3 +82,20 @@ def test_a_general_system_is_right_or_says_so(kind):
         worse += np.sum(error > 10 * np.maximum(chart.error, fine.error))
         points += error.size
     assert worse <= 0.01 * points
+
+
+@pytest.mark.filterwarnings("ignore::lobex.SweepWarning")
+@pytest.mark.parametrize("delays", [(0.618034,), (0.618034, 0.81)])
+def test_jumps_whose_images_end_no_piece_are_in_the_error(delays):
+    rng = np.random.default_rng(6)
+    ratio = []
+    for _ in range(8):
+        process, gains = stepped(rng, delays)
+        fine = lobex.sweep(process, [1 / (2 * np.pi)], gains, lobex.Duhamel(nodes=36))
+        for nodes in (10, 16, 22):
+            chart = lobex.sweep(process, [1 / (2 * np.pi)], gains, lobex.Duhamel(nodes=nodes))
+            error = np.abs(chart.spectral_radius / fine.spectral_radius - 1)
+            ratio.append(error / np.maximum(chart.error, fine.error))
+    assert np.mean(np.array(ratio) > 10) <= 0.01
+    # The bound is not so wide that it tells nothing.
+    assert np.max(ratio) > 0.1

@@ -8,6 +8,7 @@ import numpy as np
 
 from lobex.operators.moments import legendre_values
 from lobex.operators.response import followed_turn, gauss_nodes, quickness
+from lobex.systems.mesh import seen_to_bend
 from lobex.systems.system import DelaySystem
 
 Array = Any
@@ -18,7 +19,10 @@ _SMOOTH, _ROUGH = 3.0, 0.05
 # Where what is remembered is met between the nodes, what they leave of the force bends it at the ends of pieces: so
 # much of what they leave of y, over the cube of their number, and in proportion to what they leave of both. Bounds
 # fitted to several delays, delays apart from the period, and delays that vary (tests/test_general_error.py).
-_BETWEEN, _BOTH = 30.0, 10.0
+_BETWEEN, _BOTH = 1.5, 2.0
+# A bend of the force within a piece, in the derivative 2g + 2 after g generations of images of its jumps: of what it
+# adds to the last terms the nodes take the share that lies beyond twice their number, 2^−(2g + 1), for something else.
+_BENT = 0.25
 # Above this the last terms tell nothing of the rest.
 _UNKNOWN = 0.1
 
@@ -110,6 +114,9 @@ def estimated_error(system: DelaySystem, contacts: InContact, value: Array) -> A
     error = tail * (_SMOOTH * tail + _ROUGH * rough)
     if not system.repeats:
         error = error + tail * (_BOTH * force_tail + _BETWEEN / nodes**3)
+    generations = seen_to_bend(system)
+    if generations is not None:
+        error = error + _BENT * force_tail / 2 ** (2 * generations + 1)
 
     size = jnp.sqrt(jnp.sum(value**2))
     growth = jnp.log(size) / system.period

@@ -14,6 +14,8 @@ from lobex.systems.system import DelaySystem, Places
 
 Array = Any
 
+# Images of images of jumps: each generation bends forces by two orders less. The last one only where places are fewer.
+_IMAGES, _MANY = 2, 24
 # Of a delay that varies, steps to where it carries a jump: each is off by the share |τ′| < 1 of the one before.
 _STEPS = 60
 # A share of a piece that is rounding.
@@ -49,7 +51,8 @@ def pieces_of(system: DelaySystem) -> tuple[Piece, ...]:
     """The smooth pieces of one period, in order; the first may start anywhere.
 
     A force that jumps bends what is remembered, and so the forces of every delay later, unless that is the whole
-    period: these first images of the jumps end pieces as well. Their images in turn are weaker by two more orders.
+    period: these first images of the jumps end pieces as well. Their images in turn are weaker by two more orders,
+    and end pieces where there are few places or those that matter are known.
     """
     own = _jumping(system)
     if not own:
@@ -66,23 +69,41 @@ def places_that_matter(system: DelaySystem) -> Places:
     To be asked by processes whose jumps and delays keep their order whatever speed and gain, once when they are made:
     each place that is left out is a piece less.
     """
-    places = np.mod(np.asarray(_places(system)), 1.0)
-    jumps = len(places) if system.repeats else len(places) // (1 + len(system.delays))
+    generations = [np.mod(np.asarray(part), 1.0) for part in _generations(system, _IMAGES + 1)]
+    places = np.concatenate(generations)
+    bent = np.ones(len(generations[0]), dtype=bool)
+    for images in generations[1:]:
+        around = np.stack([images - _ROUNDING, images + _ROUNDING])
+        acting = [
+            np.any(np.asarray(system.at(phases.ravel()).delayed[delay]), axis=(1, 2)).reshape(2, -1).any(axis=0)
+            for delay, phases in enumerate(np.split(around, len(system.delays), axis=1))
+        ]
+        before = bent[-len(images) // len(system.delays) :]
+        bent = np.concatenate([bent, np.concatenate(acting) & np.tile(before, len(system.delays))])
     kept: list[int] = []
-    for index, place in enumerate(places):
-        distance = np.abs(np.mod(place - places[kept] + 0.5, 1.0) - 0.5)
-        if np.any(distance < _ROUNDING):
-            continue
-        if index >= jumps:
-            acting = system.at(np.array([place - _ROUNDING, place + _ROUNDING])).delayed[index // jumps - 1]
-            if not np.any(np.asarray(acting)):
-                continue
-        kept.append(index)
+    complete = True
+    for index in np.flatnonzero(bent):
+        distance = np.abs(np.mod(places[index] - places[kept] + 0.5, 1.0) - 0.5)
+        if not np.any(distance < _ROUNDING):
+            if index >= len(places) - len(generations[-1]):
+                complete = False
+                break
+            kept.append(int(index))
     start = np.sort(places[kept])
     # How many starts lie within the longest delay before each, and one more for the piece that its end falls into.
     before = np.mod(start[:, None] - start, 1.0)
     reach = int(np.max(np.sum((before > 0) & (before < system.longest - _ROUNDING), axis=1))) + 1
-    return Places(tuple(kept), min(reach, len(kept)) if system.longest <= 1 else ceil(system.longest) * len(kept))
+    reach = min(reach, len(kept)) if system.longest <= 1 else ceil(system.longest) * len(kept)
+    return Places(tuple(kept), reach, complete)
+
+
+def seen_to_bend(system: DelaySystem) -> int | None:
+    """How many generations of images of jumps end pieces; None where nothing bends a force within a piece."""
+    if system.repeats or not _jumping(system):
+        return None
+    if system.places is None:
+        return len(_few_generations(system)) - 1
+    return None if system.places.complete else _IMAGES
 
 
 def _jumping(system: DelaySystem) -> list[Coefficient]:
@@ -94,13 +115,28 @@ def _jumping(system: DelaySystem) -> list[Coefficient]:
     return list(own.values())
 
 
-def _places(system: DelaySystem) -> Array:
-    """The phases at which coefficients jump, and unless every delay is the whole period their images by each."""
+def _generations(system: DelaySystem, images: int) -> list[Array]:
+    """The phases at which coefficients jump, and unless every delay is the whole period their images by each delay in
+    turn, the images of those, and so on.
+    """
     starts = [piece.start for coefficient in _jumping(system) for piece in coefficient.pieces()]
-    jumps = _array(starts)
-    if system.repeats:
-        return jumps
-    return jnp.concatenate([jumps, *(_image(jumps, delay, system.period) for delay in system.delays)])
+    generations = [_array(starts)]
+    for _ in range(0 if system.repeats else images):
+        parts = [_image(generations[-1], delay, system.period) for delay in system.delays]
+        generations.append(jnp.concatenate(parts))
+    return generations
+
+
+def _few_generations(system: DelaySystem) -> list[Array]:
+    """The phases at which pieces may end."""
+    generations = _generations(system, _IMAGES)
+    many = system.places is None and sum(map(len, generations)) > _MANY
+    return generations[:2] if many else generations
+
+
+def _places(system: DelaySystem) -> Array:
+    """The same in one array."""
+    return jnp.concatenate(_few_generations(system))
 
 
 def mesh_of(system: DelaySystem) -> Mesh:

@@ -30,10 +30,13 @@ class Forces(NamedTuple):
 
 
 class Places(NamedTuple):
-    """Of the places at which pieces may end those that matter, and how many pieces hold the longest delay."""
+    """Of the places at which pieces may end those that matter, how many pieces hold the longest delay, and whether
+    nothing else bends a force.
+    """
 
     kept: tuple[int, ...]
     reach: int
+    complete: bool
 
 
 @pytree(static=("longest", "shortest", "places"))
