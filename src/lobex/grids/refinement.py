@@ -36,6 +36,8 @@ _LONG, _EFFORTS_AFTER_LONG = 4, (5, *_EFFORTS)
 # The pair is settled where it misses the discrete equations by less.
 _SETTLED = 1e-11
 _CHUNK_BYTES = 1e6
+# What points that are computed together may need, and the fewest of them.
+_CACHE_BYTES, _TOGETHER = 5e5, 8
 SPEEDS = 32
 """Structures prepared at a time."""
 # Points taken by the dense solver at a time.
@@ -212,7 +214,8 @@ class _Slab:
     def evaluate(self, prepared: Any, points: np.ndarray, method: Duhamel, effort: int) -> None:
         """Put the results of points in their places, a batch at a time, the last filled up with repeats."""
         densely = effort == 0
-        size = _FEW if densely else self._batch(method)
+        together = self._together(prepared, method)
+        size = _FEW if densely else together * -(-self._batch(method) // together)
         targets = (self.multiplier, self.frequency, self.error, self.rounding, self.defect)
         for begin in range(0, len(points), size):
             part = points[begin : begin + size]
@@ -227,6 +230,7 @@ class _Slab:
                 method,
                 effort,
                 densely,
+                min(together, size),
             )
             for target, result in zip(targets, results, strict=True):
                 target[part] = np.asarray(result)[: len(part)]
@@ -234,6 +238,15 @@ class _Slab:
     def _batch(self, method: Duhamel) -> int:
         size = method.size(self.whole.process.system(self.speeds[0], self.gain[0]))
         return int(max(_CHUNK_BYTES / (8 * size**2), _FEW))
+
+    def _together(self, prepared: Any, method: Duhamel) -> int:
+        """How many points are computed together: on a CPU so few that what they need stays in a core's cache."""
+        system = self.whole.process.system(self.speeds[0], self.gain[0])
+        if jax.default_backend() != "cpu":
+            return self._batch(method)
+        size, forces = method.size(system), system.force_size * method.count * mesh_of(system).pieces
+        numbers = sum(part.size / len(part) for part in jax.tree.leaves(prepared)) + size * (forces + size)
+        return max(2 ** round(np.log2(_CACHE_BYTES / (8 * numbers))), _TOGETHER)
 
 
 @partial(jax.jit, static_argnames=("traits", "in_flight"))
@@ -248,7 +261,7 @@ def prepared_at(process: Process, method: Duhamel, speeds: Array, gain: Array, t
     return jax.vmap(at)(speeds)
 
 
-@partial(jax.jit, static_argnames="densely")
+@partial(jax.jit, static_argnames=("densely", "together"))
 def _dominant(
     process: Process,
     prepared: Any,
@@ -258,6 +271,7 @@ def _dominant(
     method: Duhamel,
     squarings: Array,
     densely: bool,
+    together: int,
 ) -> tuple[Array, ...]:
     """Dominant multipliers, chatter frequencies, estimated errors by nodes and by rounding, and defects at points."""
 
@@ -275,4 +289,4 @@ def _dominant(
         frequency = carrier_frequency(motion.phase, motion.weight, motion.output, system.period, pair.value)
         return as_complex(pair.value), frequency, motion.error, motion.rounding, motion.defect
 
-    return jax.vmap(point)(row, speed, gain)
+    return jax.lax.map(lambda where: point(*where), (row, speed, gain), batch_size=together)

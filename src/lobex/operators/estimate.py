@@ -19,7 +19,7 @@ _SMOOTH, _ROUGH = 3.0, 0.05
 # Where what is remembered is met between the nodes, what they leave of the force bends it at the ends of pieces: so
 # much of what they leave of y, over the cube of their number, and in proportion to what they leave of both. Bounds
 # fitted to several delays, delays apart from the period, and delays that vary (tests/test_general_error.py).
-_BETWEEN, _BOTH = 1.5, 2.0
+_BETWEEN, _BOTH = 0.5, 1.0
 # A bend of the force within a piece, in the derivative 2g + 2 after g generations of images of its jumps: of what it
 # adds to the last terms the nodes take the share that lies beyond twice their number, 2^−(2g + 1), for something else.
 _BENT = 0.25
