@@ -50,6 +50,9 @@ def as_numbers(name: str, value: Any, unit: str = "") -> np.ndarray | None:
     if is_traced(value):
         return None
     try:
+        # What NumPy would take for 1, 0 or a number is none, such as True or '100'.
+        if np.asarray(value).dtype.kind in "bSUMm":
+            raise TypeError
         numbers = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
         raise ValueError(f"{name} = {value!r} is not a number; give {_in(unit, 'a real number')}") from None

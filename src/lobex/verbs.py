@@ -84,7 +84,10 @@ def _settled(process: Process, speed: np.ndarray, gain: np.ndarray, method: Auto
     speed, gain = np.broadcast_arrays(speed, gain)
     if not speed.size:
         return np.zeros(speed.shape)
-    chosen = chosen_method(method, process, float(np.min(speed)))
+    slowest = float(np.min(speed))
+    chosen = chosen_method(method, process, slowest)
+    for message in oddities(process, chosen, slowest, float(np.max(gain))):
+        warn(message, SweepWarning)
     found = dominant_at_points(process, speed.ravel(), gain.ravel(), chosen, every_mode=True)
     tolerance = tolerance_of(chosen)
     if coarse := int(np.sum(~(found.error <= tolerance))):

@@ -40,8 +40,8 @@ _CHUNK_BYTES = 1e6
 _CACHE_BYTES, _TOGETHER = 5e5, 8
 SPEEDS = 32
 """Structures prepared at a time."""
-# Points taken by the dense solver at a time.
-_FEW = 64
+# Rows of the operators of all pieces up to which these are small.
+_SMALL = 64
 MANY = 20_000
 # Radians over half a piece that coefficients add to those of the first mode, for the first guess alone.
 _BY_COEFFICIENTS = 1.5
@@ -192,9 +192,12 @@ class _Slab:
 
     def _settle(self, points: np.ndarray, method: Duhamel) -> None:
         """Compute points with the nodes of ``method``, with more effort where the pair does not settle."""
-        mesh = mesh_of(self.whole.process.system(self.speeds[0], self.gain[0]))
-        # What many pieces make of a long past is large: it is made for no more speeds than there are, or nearly.
-        many = SPEEDS if mesh.pieces <= _LONG else 2 ** int(np.ceil(np.log2(len(self.speeds))))
+        system = self.whole.process.system(self.speeds[0], self.gain[0])
+        mesh = mesh_of(system)
+        # A large operator is made for no more speeds than there are, or nearly; a small one for as many as ever, since
+        # each number of them is compiled for itself.
+        small = mesh.pieces * method.size(system) <= _SMALL
+        many = SPEEDS if small else 2 ** int(np.ceil(np.log2(len(self.speeds))))
         prepared = prepared_at(
             self.whole.process,
             method,
@@ -215,7 +218,7 @@ class _Slab:
         """Put the results of points in their places, a batch at a time, the last filled up with repeats."""
         densely = effort == 0
         together = self._together(prepared, method)
-        size = _FEW if densely else together * -(-self._batch(method) // together)
+        size = together * -(-self._batch(method) // together)
         targets = (self.multiplier, self.frequency, self.error, self.rounding, self.defect)
         for begin in range(0, len(points), size):
             part = points[begin : begin + size]
@@ -230,14 +233,14 @@ class _Slab:
                 method,
                 effort,
                 densely,
-                min(together, size),
+                together,
             )
             for target, result in zip(targets, results, strict=True):
                 target[part] = np.asarray(result)[: len(part)]
 
     def _batch(self, method: Duhamel) -> int:
         size = method.size(self.whole.process.system(self.speeds[0], self.gain[0]))
-        return int(max(_CHUNK_BYTES / (8 * size**2), _FEW))
+        return int(max(_CHUNK_BYTES / (8 * size**2), _TOGETHER))
 
     def _together(self, prepared: Any, method: Duhamel) -> int:
         """How many points are computed together: on a CPU so few that what they need stays in a core's cache."""

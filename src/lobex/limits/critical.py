@@ -156,6 +156,8 @@ def _by_operator(
 
 def _assembled(stable: np.ndarray, hidden: np.ndarray, changes: Crossings, gains: np.ndarray) -> dict[str, np.ndarray]:
     """The limits of n speeds: whether the lowest gain is stable, (n,), the gain above which something failed, (n,)."""
+    # Rounding may put one that lies at a bound beyond it.
+    changes = changes._replace(gain=np.clip(changes.gain, gains[0], gains[-1]))
     number = np.arange(len(stable))
     count = np.bincount(changes.lane, minlength=len(stable))
     has = stable & (count > 0)
