@@ -49,7 +49,7 @@ print(json.dumps([len(jax.local_devices()), [len(devices) for devices in used.va
 
 
 def _run(devices: int) -> tuple[int, list[int], list[str]]:
-    flags = {"XLA_FLAGS": f"--xla_force_host_platform_device_count={devices}"}
+    flags = {"XLA_FLAGS": f"{os.environ['XLA_FLAGS']} --xla_force_host_platform_device_count={devices}"}
     done = subprocess.run(
         [sys.executable, "-c", CODE], capture_output=True, text=True, env={**os.environ, **flags}, timeout=400
     )

@@ -10,6 +10,8 @@ from typing import Any
 
 import jax
 
+from lobex._programs import Programs
+
 _MAKING = (
     "/jax/core/compile/jaxpr_trace_duration",
     "/jax/core/compile/jaxpr_to_mlir_module_duration",
@@ -49,6 +51,7 @@ class Stopwatch:
 
 _running: ContextVar[tuple[Stopwatch, ...]] = ContextVar("running", default=())
 _lock = threading.Lock()
+_programs = Programs()
 
 
 @contextmanager
@@ -56,6 +59,8 @@ def timed() -> Iterator[Stopwatch]:
     """A stopwatch for what is done within, in this thread and in calls that are ``carried`` to others."""
     with _lock:
         _listen()
+        if not _running.get():
+            _programs.spare()
     watch = Stopwatch()
     token = _running.set((*_running.get(), watch))
     try:
@@ -82,6 +87,8 @@ def _listen() -> None:
 
 
 def _note(event: str, duration_secs: float, **_: Any) -> None:
+    if event == _MAKING[-1]:
+        _programs.count()
     if event in _MAKING:
         end = time.perf_counter()
         for watch in _running.get():
