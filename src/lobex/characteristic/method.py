@@ -13,6 +13,7 @@ from lobex.characteristic.function import Contact, contact
 from lobex.characteristic.grid import Structure, rightmost_at_points, rightmost_roots
 from lobex.characteristic.lanes import few
 from lobex.processes.process import Process, check_process
+from lobex.systems.form import by_form
 from lobex.systems.system import DelaySystem
 
 Array = Any
@@ -177,8 +178,12 @@ def _shape_refused(process: Process) -> str | None:
     """Why the characteristic equation of a process is none of one contact with constant coefficients, if so."""
     check_process(process)
     with jax.enable_x64(True):
-        number = jax.ShapeDtypeStruct((), np.float64)
-        system = jax.eval_shape(process.system, number, number)
+        return _form_refused(process)
+
+
+@by_form
+def _form_refused(made: Any, shapes: tuple[Any, ...], number: Any) -> str | None:
+    system = jax.eval_shape(lambda numbers, speed, gain: made(numbers).system(speed, gain), shapes, number, number)
     if not all(term.coefficient.constant for term in system.terms):
         return "which has periodic coefficients; give constant ones, such as those of lobex.Rub"
     if not system.repeats or len(system.delays) != 1 or system.remembered is not None:

@@ -3,9 +3,9 @@
 from typing import Any, NamedTuple
 
 import jax
-import jax.numpy as jnp
 from jax.extend.core import Literal
 
+from lobex.systems.form import by_form
 from lobex.systems.mesh import mesh_of
 
 Array = Any
@@ -24,23 +24,23 @@ class Traits(NamedTuple):
     present_by_gain: bool
 
 
-def traits_of(process: Any) -> Traits:
+@by_form
+def traits_of(made: Any, shapes: tuple[Any, ...], number: Any) -> Traits:
     """The traits of a process, by its equations in JAX: nothing is declared, so that nothing is declared wrongly.
 
     A function that JAX keeps closed (one of ``jax.jit``, a loop) counts as a whole: all that comes out of it follows
     the gain if anything that goes in does.
     """
 
-    def parts(speed: Array, gain: Array) -> tuple[Any, Any]:
-        system = process.system(speed, gain)
+    def parts(numbers: tuple[Array, ...], speed: Array, gain: Array) -> tuple[Any, Any]:
+        system = made(numbers).system(speed, gain)
         mesh = mesh_of(system)
         phase = mesh.start + mesh.length / 2
         delays = [delay.shares(phase, system.period) for delay in system.delays]
         structure = system.blocks, system.inputs, system.outputs, system.remembered, system.period
         return (structure, mesh.start, mesh.length, mesh.gap, delays), system.at(phase).present
 
-    number = jax.ShapeDtypeStruct((), jnp.result_type(float))
-    traced, shapes = jax.make_jaxpr(parts, return_shape=True)(number, number)
+    traced, shapes = jax.make_jaxpr(parts, return_shape=True)(shapes, number, number)
     follows = followers(traced.jaxpr)
     structure = len(jax.tree.leaves(shapes[0]))
     return Traits(any(follows[:structure]), any(follows[structure:]))
