@@ -102,10 +102,11 @@ def kind_of(multiplier: complex) -> str:
 
 
 def printed(case: dict[str, Any]) -> float:
-    """Half a unit of the last digit that stands in the file for a multiplier, relative to its modulus."""
+    """Half a unit of the last digit that stands in the file for each part of a multiplier, relative to its modulus."""
     parts = [part for part in (*case["mu"], case.get("spectral_radius")) if part]
     last = min(Decimal(repr(part)).as_tuple().exponent for part in parts)
-    return min(float(Decimal(5).scaleb(int(last) - 1)) / abs(complex(*case["mu"])), MOST_PRINTED)
+    half = float(Decimal(5).scaleb(int(last) - 1)) * np.sqrt(np.count_nonzero(case["mu"]))
+    return min(half / abs(complex(*case["mu"])), MOST_PRINTED)
 
 
 def tolerance_of(task: Task) -> float:

@@ -9,7 +9,7 @@ import numpy as np
 
 from lobex._namespace import namespace
 from lobex.systems.coefficients import Coefficient, Piece, pieces_between
-from lobex.systems.delays import Delay
+from lobex.systems.delays import Delay, WholePeriod
 from lobex.systems.system import DelaySystem, Places
 
 Array = Any
@@ -74,18 +74,19 @@ def places_that_matter(system: DelaySystem) -> Places:
     bent = np.ones(len(generations[0]), dtype=bool)
     for images in generations[1:]:
         around = np.stack([images - _ROUNDING, images + _ROUNDING])
+        carriers = _carriers(system)
         acting = [
             np.any(np.asarray(system.at(phases.ravel()).delayed[delay]), axis=(1, 2)).reshape(2, -1).any(axis=0)
-            for delay, phases in enumerate(np.split(around, len(system.delays), axis=1))
+            for delay, phases in zip(carriers, np.split(around, len(carriers), axis=1), strict=True)
         ]
-        before = bent[-len(images) // len(system.delays) :]
-        bent = np.concatenate([bent, np.concatenate(acting) & np.tile(before, len(system.delays))])
+        before = bent[len(bent) - len(images) // len(carriers) :]
+        bent = np.concatenate([bent, np.concatenate(acting) & np.tile(before, len(carriers))])
     kept: list[int] = []
-    complete = True
+    complete, beyond = True, len(places) - (len(generations[-1]) if len(generations) > 1 else 0)
     for index in np.flatnonzero(bent):
         distance = np.abs(np.mod(places[index] - places[kept] + 0.5, 1.0) - 0.5)
         if not np.any(distance < _ROUNDING):
-            if index >= len(places) - len(generations[-1]):
+            if index >= beyond:
                 complete = False
                 break
             kept.append(int(index))
@@ -115,6 +116,11 @@ def _jumping(system: DelaySystem) -> list[Coefficient]:
     return list(own.values())
 
 
+def _carriers(system: DelaySystem) -> dict[int, Delay]:
+    """The delays that carry a phase to another one, by their numbers in ``DelaySystem.delays``."""
+    return {index: delay for index, delay in enumerate(system.delays) if not isinstance(delay, WholePeriod)}
+
+
 def _generations(system: DelaySystem, images: int) -> list[Array]:
     """The phases at which coefficients jump, and unless every delay is the whole period their images by each delay in
     turn, the images of those, and so on.
@@ -122,7 +128,7 @@ def _generations(system: DelaySystem, images: int) -> list[Array]:
     starts = [piece.start for coefficient in _jumping(system) for piece in coefficient.pieces()]
     generations = [_array(starts)]
     for _ in range(0 if system.repeats else images):
-        parts = [_image(generations[-1], delay, system.period) for delay in system.delays]
+        parts = [_image(generations[-1], delay, system.period) for delay in _carriers(system).values()]
         generations.append(jnp.concatenate(parts))
     return generations
 
