@@ -217,8 +217,7 @@ class _Slab:
     def evaluate(self, prepared: Any, points: np.ndarray, method: Duhamel, effort: int) -> None:
         """Put the results of points in their places, a batch at a time, the last filled up with repeats."""
         densely = effort == 0
-        together = self._together(prepared, method)
-        size = together * -(-self._batch(method) // together)
+        size, together = self._batch(prepared, method)
         targets = (self.multiplier, self.frequency, self.error, self.rounding, self.defect)
         for begin in range(0, len(points), size):
             part = points[begin : begin + size]
@@ -238,18 +237,19 @@ class _Slab:
             for target, result in zip(targets, results, strict=True):
                 target[part] = np.asarray(result)[: len(part)]
 
-    def _batch(self, method: Duhamel) -> int:
-        size = method.size(self.whole.process.system(self.speeds[0], self.gain[0]))
-        return int(max(_CHUNK_BYTES / (8 * size**2), _TOGETHER))
+    def _batch(self, prepared: Any, method: Duhamel) -> tuple[int, int]:
+        """How many points a call takes, and how many of them are computed together.
 
-    def _together(self, prepared: Any, method: Duhamel) -> int:
-        """How many points are computed together: on a CPU so few that what they need stays in a core's cache."""
+        On a CPU these are so few that what they need stays in a core's cache; on a GPU all.
+        """
         system = self.whole.process.system(self.speeds[0], self.gain[0])
+        rows, forces = method.size(system), system.force_size * method.count * mesh_of(system).pieces
+        size = int(max(_CHUNK_BYTES / (8 * rows**2), _TOGETHER))
         if jax.default_backend() != "cpu":
-            return self._batch(method)
-        size, forces = method.size(system), system.force_size * method.count * mesh_of(system).pieces
-        numbers = sum(part.size / len(part) for part in jax.tree.leaves(prepared)) + size * (forces + size)
-        return max(2 ** round(np.log2(_CACHE_BYTES / (8 * numbers))), _TOGETHER)
+            return size, size
+        numbers = sum(part.size / len(part) for part in jax.tree.leaves(prepared)) + rows * (forces + rows)
+        together = max(2 ** round(np.log2(_CACHE_BYTES / (8 * numbers))), _TOGETHER)
+        return together * -(-size // together), together
 
 
 @partial(jax.jit, static_argnames=("traits", "in_flight"))

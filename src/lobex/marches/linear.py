@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex.marches.stepping import step_of, times
-from lobex.systems.delays import Delay, WholePeriod
+from lobex.systems.delays import WholePeriod
 from lobex.systems.system import DelaySystem
 
 Array = Any
@@ -63,7 +63,9 @@ def march_system(system: DelaySystem, past: Array, state: Array, steps: int, per
     coefficients = jax.tree.map(lambda part: jnp.linalg.solve(implicit, part), (forces.present / 2, forces.delayed))
     if constant:
         coefficients = jax.tree.map(lambda part: part[0], coefficients)
-    places = [_places(system, delay, edges, steps) for delay in system.delays]
+    lags = zip(system.delays, system.lags(edges), strict=True)
+    # A period is found without looking.
+    places = [None if isinstance(delay, WholePeriod) else _places(steps * lag) for delay, lag in lags]
 
     def advance(carry: tuple[Array, Array], given: Any) -> tuple[tuple[Array, Array], tuple[Array, Any]]:
         z, y = carry
@@ -114,14 +116,8 @@ def _remembered(system: DelaySystem, state: Array) -> Array:
     return jnp.sum(system.recalled * state[:, None, :], axis=(0, 2))
 
 
-def _places(system: DelaySystem, delay: Delay, edges: Array, steps: int) -> Array | None:
-    """How many steps before each step's start and end what acts there lies, (steps, 2); None for a period."""
-    if isinstance(delay, WholePeriod):
-        return None
-    back = steps * delay.shares(edges, system.period)
-    said = (back >= system.shortest * steps - _ROUNDING) & (back <= system.longest * steps + _ROUNDING)
-    # A delay that is not what the system says makes no number, rather than a wrong one.
-    back: Any = jnp.where(said, back, jnp.nan)
+def _places(back: Array) -> Array:
+    """How many steps before each step's start and end what acts there lies, (steps, 2), from a delay in steps."""
     return jnp.stack([back[:-1], back[1:] - 1], axis=1)
 
 

@@ -30,18 +30,17 @@ def places(system: DelaySystem, mesh: Mesh, points: np.ndarray) -> tuple[Array, 
 
     Returns:
         Which of the H pieces before, oldest first, or H for the piece itself, and where within it, from 0 to 1; both
-        (M, K, q). A delay that is negative, or longer or shorter than the system says, is found nowhere: NaN.
+        (M, K, q). A delay that is not in the range that the system says is found nowhere: NaN.
     """
     turns = (np.arange(mesh.pieces)[:, None] + np.arange(-mesh.history, 1)) // mesh.pieces
     order = pieces_back(mesh)
 
     def at_piece(starts: Array, lengths: Array) -> tuple[Array, Array]:
         phase = starts[-1] + lengths[-1] * points
-        shares = jnp.stack([delay.shares(phase, system.period) for delay in system.delays])
-        place = phase - shares
+        place = phase - jnp.stack(system.lags(phase))
         slot: Any = jnp.sum(place[..., None] >= starts[1:], axis=-1)
         inside = (place - starts[slot]) / jnp.where(lengths[slot] > 0, lengths[slot], 1.0)
-        reached = (inside >= -_ROUNDING) & (shares >= 0)
+        reached = inside >= -_ROUNDING
         if not mesh.recent:
             reached &= (slot < mesh.history) | (inside <= _ROUNDING)
         # No number, rather than a wrong one.

@@ -88,7 +88,8 @@ class SemiDiscretization:
         oldest_first = identity[d:].reshape(reach, m, -1)[::-1]
         past = jnp.concatenate([oldest_first, (memory @ start)[None]])
         edges = pieces_of(system)[0].start + jnp.arange(k + 1) / k
-        brought = [self._brought(system, delay, edges) for delay in system.delays]
+        lags = zip(system.delays, system.lags((edges[:-1] + edges[1:]) / 2), strict=True)
+        brought = [self._brought(system, delay, lag) for delay, lag in lags]
 
         def advance(z: Array, step: tuple[Array, Array, Array]) -> tuple[Array, Array]:
             propagator, response, delayed = step
@@ -124,20 +125,16 @@ class SemiDiscretization:
         weight = jnp.asarray(np.r_[0.5, np.ones(k - 1), 0.5] / k, dtype=matrix.dtype)
         return MonodromyOperator(matrix, edges, weight, jnp.concatenate(outputs))
 
-    def _brought(self, system: DelaySystem, delay: Delay, edges: Array) -> "_Brought":
+    def _brought(self, system: DelaySystem, delay: Delay, lag: Array) -> "_Brought":
         """The samples that a delay brings to every step."""
         k = self.steps
         if isinstance(delay, WholePeriod):
             return _Brought(None, _polynomials(self.order, 0.0))
-        steps = k * delay.shares((edges[:-1] + edges[1:]) / 2, system.period)
+        steps = k * lag
         nearest = jnp.ceil(steps - _ROUNDING) if self.order == 2 else jnp.floor(steps + 0.5)
         least, most = self._reach(system.shortest), self._reach(system.longest)
-        oldest = jnp.clip(nearest, least, most)
-        over = (nearest > most) & (steps > system.longest * k + _ROUNDING)
-        under = (nearest < least) & (steps < system.shortest * k - _ROUNDING)
-        # A delay that is not what the system says makes no number, rather than a wrong one.
-        late = jnp.where(over | under | (steps < 0), jnp.nan, oldest - steps)
-        return _Brought(oldest.astype(int), jax.vmap(lambda late: _polynomials(self.order, late))(late))
+        oldest = jnp.clip(jnp.nan_to_num(nearest), least, most)
+        return _Brought(oldest.astype(int), jax.vmap(lambda late: _polynomials(self.order, late))(oldest - steps))
 
     def _samples(self, past: Array, oldest: Array | None, count: int) -> Array:
         """What a delay brings to the next ``count`` steps, (count, samples, m, N)."""

@@ -9,7 +9,7 @@ import numpy as np
 from lobex import _checks
 from lobex._pytree import pytree
 from lobex.systems.coefficients import Coefficient, Constant, Function
-from lobex.systems.delays import Bounded, ConstantDelay, Delay, Varying, WholePeriod
+from lobex.systems.delays import ConstantDelay, Delay, Varying, WholePeriod
 from lobex.systems.traits import followers
 
 Array = Any
@@ -70,16 +70,16 @@ def by_gain(function: Shaped, point: Point) -> Coefficient:
     return Constant(at(point.gain) - at(none))
 
 
-def delay_at(name: str, delay: Given, point: Point, within: tuple[float, float]) -> Delay:
-    """A delay at a point, in the range that it was promised to be in."""
+def delay_at(name: str, delay: Given, point: Point) -> Delay:
+    """A delay at a point."""
     if delay is None:
         return WholePeriod()
     if not callable(delay):
-        return Bounded(ConstantDelay(delay), *within)
+        return ConstantDelay(delay)
     function = Shaped(delay, name, ())
     if _follows_time(function, point):
-        return Bounded(Varying(function, point.speed, point.gain), *within)
-    return Bounded(ConstantDelay(function(jnp.zeros_like(point.period), point.speed, point.gain)), *within)
+        return Varying(function, point.speed, point.gain)
+    return ConstantDelay(function(jnp.zeros_like(point.period), point.speed, point.gain))
 
 
 def period_at(given: Given, speed: Array, gain: Array) -> Array:

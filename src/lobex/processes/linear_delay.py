@@ -168,7 +168,7 @@ class LinearDelay:
                 if callable(matrix)
                 else Constant(jnp.asarray(matrix))
             )
-            terms.append(Delayed(coefficient, delay_at(f"the delay of {name}", delay, point, within)))
+            terms.append(Delayed(coefficient, delay_at(f"the delay of {name}", delay, point)))
         return DelaySystem(
             blocks=drift[None],
             inputs=inputs[None],

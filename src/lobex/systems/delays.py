@@ -10,8 +10,6 @@ from lobex._pytree import pytree
 
 Array = Any
 
-_ROUNDING = 1e-9
-
 
 class Delay(Protocol):
     """A delay τ(t) of period T, above zero. A class of one's own is a pytree of numbers with this function."""
@@ -62,17 +60,3 @@ class Varying:
             return self.function(jnp.mod(phase, 1.0) * period, self.speed, self.gain) / period
 
         return jax.vmap(one)(jnp.ravel(phase)).reshape(jnp.shape(phase))
-
-
-@pytree(static=("shortest", "longest"))
-class Bounded:
-    """A delay that was promised to lie in a range of periods: no number where it does not, rather than a wrong one."""
-
-    delay: Delay
-    shortest: float
-    longest: float
-
-    def shares(self, phase: Array, period: Array) -> Array:
-        share = self.delay.shares(phase, period)
-        kept = (share > 0) & (share >= self.shortest * (1 - _ROUNDING)) & (share <= self.longest * (1 + _ROUNDING))
-        return jnp.where(kept, share, jnp.nan)

@@ -71,31 +71,32 @@ def places_that_matter(system: DelaySystem) -> Places:
     """
     generations = [np.mod(np.asarray(part), 1.0) for part in _generations(system, _IMAGES + 1)]
     places = np.concatenate(generations)
-    bent = np.ones(len(generations[0]), dtype=bool)
-    for images in generations[1:]:
-        around = np.stack([images - _ROUNDING, images + _ROUNDING])
-        carriers = _carriers(system)
-        acting = [
-            np.any(np.asarray(system.at(phases.ravel()).delayed[delay]), axis=(1, 2)).reshape(2, -1).any(axis=0)
-            for delay, phases in zip(carriers, np.split(around, len(carriers), axis=1), strict=True)
-        ]
-        before = bent[len(bent) - len(images) // len(carriers) :]
-        bent = np.concatenate([bent, np.concatenate(acting) & np.tile(before, len(carriers))])
-    kept: list[int] = []
-    complete, beyond = True, len(places) - (len(generations[-1]) if len(generations) > 1 else 0)
-    for index in np.flatnonzero(bent):
-        distance = np.abs(np.mod(places[index] - places[kept] + 0.5, 1.0) - 0.5)
+    distinct: list[int] = []
+    for index in np.flatnonzero(_bending(system, generations)):
+        distance = np.abs(np.mod(places[index] - places[distinct] + 0.5, 1.0) - 0.5)
         if not np.any(distance < _ROUNDING):
-            if index >= beyond:
-                complete = False
-                break
-            kept.append(int(index))
+            distinct.append(int(index))
+    kept = [index for index in distinct if index < sum(map(len, generations[: 1 + _IMAGES]))]
     start = np.sort(places[kept])
     # How many starts lie within the longest delay before each, and one more for the piece that its end falls into.
     before = np.mod(start[:, None] - start, 1.0)
     reach = int(np.max(np.sum((before > 0) & (before < system.longest - _ROUNDING), axis=1))) + 1
     reach = min(reach, len(kept)) if system.longest <= 1 else ceil(system.longest) * len(kept)
-    return Places(tuple(kept), reach, complete)
+    return Places(tuple(kept), reach, len(kept) == len(distinct))
+
+
+def _bending(system: DelaySystem, generations: list[np.ndarray]) -> np.ndarray:
+    """Whether a force acts at each place, and acted at the one of which it is the image, and so on; of all in turn."""
+    bent = [np.ones(len(generations[0]), dtype=bool)]
+    carriers = _carriers(system)
+    for images in generations[1:]:
+        around = np.split(np.stack([images - _ROUNDING, images + _ROUNDING]), len(carriers), axis=1)
+        acting = [
+            np.asarray(system.at(side.ravel()).delayed[delay]) for delay, side in zip(carriers, around, strict=True)
+        ]
+        acts = [np.any(part, axis=(1, 2)).reshape(2, -1).any(axis=0) for part in acting]
+        bent.append(np.concatenate([part & bent[-1] for part in acts]))
+    return np.concatenate(bent)
 
 
 def seen_to_bend(system: DelaySystem) -> int | None:

@@ -16,6 +16,9 @@ from lobex.systems.terms import Term
 
 Array = Any
 
+# Of a delay, what single precision leaves.
+_ROUNDING = 1e-6
+
 
 class Forces(NamedTuple):
     """The coefficients of all terms at k phases.
@@ -103,6 +106,14 @@ class DelaySystem:
         every = [term.delay for term in self.terms if term.delay is not None]
         others = [delay for delay in every if not isinstance(delay, WholePeriod)]
         return (*[WholePeriod()] * (len(others) < len(every)), *others)
+
+    def lags(self, phase: Array) -> tuple[Array, ...]:
+        """Every delay at phases, in periods, of their shape: no number, rather than a wrong one, where it is not above
+        zero and in the range that was said.
+        """
+        shares = tuple(delay.shares(phase, self.period) for delay in self.delays)
+        least, most = self.shortest * (1 - _ROUNDING), self.longest * (1 + _ROUNDING)
+        return tuple(jnp.where((lag > 0) & (lag >= least) & (lag <= most), lag, jnp.nan) for lag in shares)
 
     def within(self, inside: Array, phase: Array) -> Forces:
         """All coefficients at phases (k,) of the piece that holds the phase ``inside``."""

@@ -36,9 +36,8 @@ def traits_of(made: Any, shapes: tuple[Any, ...], number: Any) -> Traits:
         system = made(numbers).system(speed, gain)
         mesh = mesh_of(system)
         phase = mesh.start + mesh.length / 2
-        delays = [delay.shares(phase, system.period) for delay in system.delays]
         structure = system.blocks, system.inputs, system.outputs, system.remembered, system.period
-        return (structure, mesh.start, mesh.length, mesh.gap, delays), system.at(phase).present
+        return (structure, mesh.start, mesh.length, mesh.gap, system.lags(phase)), system.at(phase).present
 
     traced, shapes = jax.make_jaxpr(parts, return_shape=True)(shapes, number, number)
     follows = followers(traced.jaxpr)
