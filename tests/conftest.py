@@ -2,7 +2,6 @@ import gc
 import os
 import signal
 import tempfile
-from pathlib import Path
 
 import quick
 
@@ -22,6 +21,7 @@ import matplotlib.pyplot as plt
 import pytest
 
 from compiled import Counter
+from lobex._programs import forget_if_many
 
 # Files that take longest begin first, so that the workers end together.
 LONGEST = (
@@ -31,8 +31,6 @@ LONGEST = (
 )
 # New objects, and rounds of the younger ones, after which Python looks for rubbish; 700, 10 and 10 by default.
 COLLECTED = (50_000, 20, 100)
-# Memory maps of a process, of the 65,530 that Linux allows; a compiled program holds some.
-MOST_MAPS = 30_000
 
 
 def pytest_configure(config):
@@ -75,6 +73,4 @@ def _close_figures():
 def _few_memory_maps():
     """A process that keeps the compiled programs of all files can run out of memory maps."""
     yield
-    maps = Path("/proc/self/maps")
-    if not maps.exists() or maps.read_bytes().count(b"\n") > MOST_MAPS:
-        jax.clear_caches()
+    forget_if_many()

@@ -16,11 +16,12 @@ def maps():
 
 
 @pytest.mark.skipif(not MAPS.exists(), reason="maps of memory are told on Linux alone")
-def test_a_verb_forgets_programs_that_are_too_many(monkeypatch):
+@pytest.mark.parametrize("verb", [lambda *at: lobex.sweep(*at).multiplier, lobex.multipliers])
+def test_a_verb_forgets_programs_that_are_too_many(monkeypatch, verb):
     mathieu = lobex.DelayedMathieu(2.5, 1.3, 0.05)
 
     def multiplier(nodes):
-        return lobex.sweep(mathieu, [0.16], [0.3], lobex.Duhamel(nodes=nodes)).multiplier
+        return verb(mathieu, [0.16], [0.3], lobex.Duhamel(nodes=nodes))
 
     begun = maps()
     before = [multiplier(nodes) for nodes in (30, 31, 32)]

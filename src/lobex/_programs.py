@@ -10,9 +10,17 @@ from pathlib import Path
 import jax
 
 _MAPS = Path("/proc/self/maps")
-_MOST_MAPS = 40_000
+_MOST_MAPS = 30_000
 # To count the maps takes milliseconds: not more often than after so many programs.
 _EVERY = 100
+
+
+def forget_if_many() -> None:
+    """Let JAX forget all programs, those of others included, if this process holds too many."""
+    # Elsewhere than on Linux nothing is told, and nothing known of such a limit.
+    with suppress(OSError):
+        if _MAPS.read_bytes().count(b"\n") > _MOST_MAPS:
+            jax.clear_caches()
 
 
 class Programs:
@@ -26,11 +34,8 @@ class Programs:
         self._made += 1
 
     def spare(self) -> None:
-        """Let JAX forget all programs, those of others included, if this process holds too many."""
+        """As ``forget_if_many``, now and then."""
         if self._made < _EVERY:
             return
         self._made = 0
-        # Elsewhere than on Linux nothing is told, and nothing known of such a limit.
-        with suppress(OSError):
-            if _MAPS.read_bytes().count(b"\n") > _MOST_MAPS:
-                jax.clear_caches()
+        forget_if_many()

@@ -57,16 +57,21 @@ _programs = Programs()
 @contextmanager
 def timed() -> Iterator[Stopwatch]:
     """A stopwatch for what is done within, in this thread and in calls that are ``carried`` to others."""
-    with _lock:
-        _listen()
-        if not _running.get():
-            _programs.spare()
+    spare_programs()
     watch = Stopwatch()
     token = _running.set((*_running.get(), watch))
     try:
         yield watch
     finally:
         _running.reset(token)
+
+
+def spare_programs() -> None:
+    """To be called where a verb begins: too many programs are forgotten."""
+    with _lock:
+        _listen()
+        if not _running.get():
+            _programs.spare()
 
 
 def carried(function: Callable[..., Any]) -> Callable[..., Any]:

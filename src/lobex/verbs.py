@@ -12,6 +12,7 @@ from jax.custom_derivatives import SymbolicZero
 from lobex import _checks
 from lobex._broadcast import over_points
 from lobex._float64 import at_once, in_float64, widened
+from lobex._timing import spare_programs
 from lobex._warnings import SweepWarning, warn
 from lobex.floquet.dense import all_multipliers, largest_modulus
 from lobex.grids.choice import AUTO, Auto, chosen_method, tolerance_of
@@ -97,6 +98,7 @@ def _settled(process: Process, speed: np.ndarray, gain: np.ndarray, method: Auto
 
 def _checked(process: Any, speed: Any, gain: Any, method: Any) -> tuple[Array, Array]:
     check_process(process)
+    spare_programs()
     if not isinstance(method, Auto):
         check_method(method)
     check_speed(process, speed)
