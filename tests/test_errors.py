@@ -136,3 +136,17 @@ def test_a_complex_number_is_refused_and_not_cut_to_its_real_part(call, name):
 def test_a_complex_number_is_refused_where_jax_traces_it():
     with pytest.raises(ValueError, match="shape is complex"):
         jax.eval_shape(lambda shape: lobex.Modes(np.ones(1), np.ones(1), shape), np.ones((1, 1), complex))
+
+
+@pytest.mark.parametrize(
+    ("speed", "words"),
+    [
+        (["100"], "speed = .* is not a number"),
+        ([True], "speed = .* is not a number"),
+        ([b"1"], "speed = .* is not a number"),
+        (np.ma.array([1.0, 2.0], mask=[0, 1]), "speed = .* has masked values"),
+    ],
+)
+def test_what_numpy_would_take_for_a_number_is_refused(speed, words):
+    with pytest.raises(ValueError, match=words):
+        lobex.sweep(lobex.DelayedMathieu(2.5, 1.3, 0.05), speed, [0.3])

@@ -13,6 +13,7 @@ from scipy.special import lambertw
 
 import lobex
 from cases import THESIS_TOOL, milling, rub
+from lobex.systems.mesh import mesh_of
 from reference_cases import varying
 
 SIXTEEN = lobex.Duhamel(nodes=16)
@@ -380,3 +381,19 @@ def test_masses_that_are_none_are_refused():
         lobex.LinearDelay.second_order(np.diag([1.0, 0.0]), np.eye(2), np.eye(2))
     with pytest.raises(ValueError, match=r"mass has shape \(2, 2\), damping \(1, 1\); give two of \(p, p\)"):
         lobex.LinearDelay.second_order(np.eye(2), 1.0, np.eye(2))
+
+
+def test_a_delay_far_shorter_than_another_costs_no_more_pieces():
+    short, near, far = 1e-3, 0.3, 0.5
+    process = lobex.LinearDelay(
+        drift=-1.0,
+        delayed=[(near, lambda t, speed, gain: short / speed), (far, lambda t, speed, gain: 1 / speed)],
+        delay_range=(short, 1.0),
+    )
+    root = 0.0
+    for _ in range(50):
+        pull = near * np.exp(-short * root), far * np.exp(-root)
+        root -= (root + 1 - sum(pull)) / (1 + short * pull[0] + pull[1])
+    chart = lobex.sweep(process, [1.0], [0.0])
+    assert mesh_of(process.system(1.0, 0.0)).pieces <= 16
+    np.testing.assert_allclose(chart.spectral_radius, np.exp(root), rtol=1e-10)

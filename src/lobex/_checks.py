@@ -49,6 +49,8 @@ def as_numbers(name: str, value: Any, unit: str = "") -> np.ndarray | None:
         raise ValueError(f"{name}{shown} is complex; give {_in(unit, 'real numbers')}")
     if is_traced(value):
         return None
+    if np.ma.is_masked(value):
+        raise ValueError(f"{name} = {brief(value)} has masked values; give finite numbers alone")
     try:
         # What NumPy would take for 1, 0 or a number is none, such as True or '100'.
         if np.asarray(value).dtype.kind in "bSUMm":

@@ -18,6 +18,8 @@ Array = Any
 _IMAGES, _MANY = 2, 24
 # Of a delay that varies, steps to where it carries a jump: each is off by the share |τ′| < 1 of the one before.
 _STEPS = 60
+# Pieces that hold the longest delay for a shorter one's sake: the state grows with them.
+_MOST_BACK = 16
 # A share of a piece that is rounding.
 _ROUNDING = 1e-9
 
@@ -182,8 +184,9 @@ def _parts(system: DelaySystem, pieces: int) -> int:
 
     In the next few numbers, that whose parts exceed the longest delay by least: what is remembered is whole pieces.
     """
-    # Of a shortest delay that nobody has bounded, what the longest asks for.
-    least = max(ceil(1 / ((system.shortest or system.longest) * pieces) - _ROUNDING), 1)
+    # Of a shortest delay that nobody has bounded, what the longest asks for; far shorter ones lie within a piece.
+    shortest = max(system.shortest or system.longest, system.longest / _MOST_BACK)
+    least = max(ceil(1 / (shortest * pieces) - _ROUNDING), 1)
     if pieces > 1:
         return least
     return min(
