@@ -4,7 +4,7 @@ import subprocess
 import sys
 import warnings
 
-from lobex.grids.sweep import SweepWarning
+from lobex._warnings import LobexWarning
 from lobex.shell import environment
 from lobex.shell.main import main
 
@@ -30,7 +30,8 @@ class Shell:
         self.capture.readouterr()
         self.code = 0
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore", SweepWarning)
+            # A user is told of them; here they are errors otherwise.
+            warnings.simplefilter("always", LobexWarning)
             try:
                 main()
             except SystemExit as stop:

@@ -20,6 +20,7 @@ import jax
 import matplotlib.pyplot as plt
 import pytest
 
+from commands import Shell
 from compiled import Counter
 from lobex._programs import forget_if_many
 
@@ -61,6 +62,11 @@ def pytest_unconfigure(config):
 def pytest_collection_modifyitems(items):
     rank = {f"test_{name}.py": number for number, name in enumerate(LONGEST)}
     items.sort(key=lambda item: rank.get(item.path.name, len(rank)))
+
+
+@pytest.fixture
+def shell(tmp_path, monkeypatch, capsys):
+    return Shell(tmp_path, monkeypatch, capsys)
 
 
 @pytest.fixture(autouse=True)

@@ -1,7 +1,5 @@
 """The thesis' figures: each is drawn, saved and held against the numbers that its claims come to."""
 
-import subprocess
-import sys
 import warnings
 from pathlib import Path
 
@@ -12,6 +10,7 @@ import xarray
 
 import lobex
 import lobex.gallery
+from commands import run
 from lobex.gallery.files import save_numbers
 from lobex.gallery.registry import NAMES, figure, figures
 from lobex.shell.reproduce_arguments import Reproduce
@@ -275,14 +274,8 @@ def test_responses_grow_as_the_multipliers_say(shown):
     assert told["growth_85"] > 5 * told["growth_112"] > 5
 
 
-def run(*arguments, cwd=None):
-    """Run ``lobex reproduce`` in a process of its own."""
-    command = [sys.executable, "-m", "lobex.shell.main", "reproduce", *arguments]
-    return subprocess.run(command, capture_output=True, text=True, timeout=300, cwd=cwd)
-
-
 def test_the_shell_writes_pictures_numbers_and_findings(tmp_path):
-    done = run("fig-3.1", "fig-1.2", "--pdf", cwd=tmp_path)
+    done = run("reproduce", "fig-3.1", "fig-1.2", "--pdf", cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     endings = ("nc", "pdf", "png")
     assert sorted(p.name for p in (tmp_path / "figures").iterdir()) == sorted(
@@ -295,15 +288,15 @@ def test_the_shell_writes_pictures_numbers_and_findings(tmp_path):
     assert "fig-1.2" in done.stderr
 
 
-def test_the_shell_lists_the_figures_and_writes_nothing(tmp_path):
-    done = run("--list", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert [line.split()[0] for line in done.stdout.splitlines()] == list(NAMES)
+def test_the_shell_lists_the_figures_and_writes_nothing(tmp_path, shell):
+    done = shell("reproduce", "--list")
+    assert done.code == 0, done.err
+    assert [line.split()[0] for line in done.out.splitlines()] == list(NAMES)
     assert list(tmp_path.iterdir()) == []
 
 
 def test_quiet_is_quiet(tmp_path):
-    done = run("fig-1.2", "--quiet", "--out", "here", cwd=tmp_path)
+    done = run("reproduce", "fig-1.2", "--quiet", "--out", "here", cwd=tmp_path)
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
     assert sorted(p.name for p in (tmp_path / "here").iterdir()) == ["fig-1.2.nc", "fig-1.2.png"]
 
@@ -319,13 +312,8 @@ def test_quiet_is_quiet(tmp_path):
         (("fig-1.2", "--wobble"), "--wobble"),
     ],
 )
-def test_bad_input_is_one_line_and_exit_code_2(arguments, words, tmp_path):
-    done = run(*arguments, cwd=tmp_path)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.startswith("lobex: error: ")
-    assert done.stderr.count("\n") == 1
-    assert words in done.stderr
-    assert list(tmp_path.iterdir()) == []
+def test_bad_input_is_one_line_and_exit_code_2(arguments, words, shell):
+    assert words in shell.refuses("reproduce", *arguments)
 
 
 def test_an_interrupt_tells_what_is_done(monkeypatch, tmp_path):

@@ -2,12 +2,12 @@
 
 import re
 import shlex
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+
+from commands import Shell
 
 README = (Path(__file__).parents[1] / "README.md").read_text()
 PYTHON = re.findall(r"```python\n(.*?)```", README, re.DOTALL)
@@ -40,24 +40,17 @@ def test_python_blocks_run_in_order_and_print_what_they_say(tmp_path, monkeypatc
 
 
 @pytest.mark.parametrize("line", [line for line in SHELL if line.startswith("lobex ")])
-def test_shell_lines_run_on_a_coarser_grid(line, tmp_path):
+def test_shell_lines_run_on_a_coarser_grid(line, shell, tmp_path):
     if line.startswith("lobex store"):
         (before,) = (other for other in SHELL if f"--store {line.split()[-1]} " in other)
-        _run(before, tmp_path)
-    _run(line, tmp_path)
+        _run(before, shell)
+    _run(line, shell)
     assert {p.suffix for p in tmp_path.rglob("*.*")} >= {".nc", ".png"}
 
 
-def _run(line: str, folder: Path) -> None:
+def _run(line: str, shell: Shell) -> None:
     words = [re.sub(r":\d+$", ":5", word) for word in shlex.split(line)[1:]]
-    done = subprocess.run(
-        [sys.executable, "-m", "lobex.shell.main", *words, *_small_grid(words)],
-        cwd=folder,
-        capture_output=True,
-        text=True,
-        timeout=300,
-    )
-    assert done.returncode == 0, done.stderr
+    assert shell(*words, *_small_grid(words)).code == 0, shell.err
 
 
 def _small_grid(words: list[str]) -> list[str]:

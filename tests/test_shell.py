@@ -10,19 +10,13 @@ import pytest
 import scipy.linalg
 
 import lobex
-from commands import Shell, run
+from commands import run
 from lobex.shell import environment
 from lobex.shell.arguments import Lobes
 from lobex.shell.limit_arguments import Limit
 from lobex.shell.models import process_of
 from lobex.shell.parser import parse
 from lobex.shell.values import parse_grid, parse_values
-
-
-@pytest.fixture
-def shell(tmp_path, monkeypatch, capsys):
-    return Shell(tmp_path, monkeypatch, capsys)
-
 
 SMALL = {
     "rub": ("--speed", "60:400:5", "--gain", "4.5e4:4.5e6:7", "--elements", "3", "--keep", "1", "2"),

@@ -15,7 +15,7 @@ import lobex.limits.sensitivity
 import lobex.marches.delay
 import lobex.marches.turning
 import lobex.marches.wear
-from commands import Shell, run
+from commands import run
 
 LONG = "x" * 300
 # What computes, once every argument was looked at.
@@ -43,11 +43,6 @@ VALUES = [*NUMBERS.split(), *RANGES.split(), "", " 5", "9" * 5000, LONG]
 
 class Reached(Exception):
     """Computing would begin."""
-
-
-@pytest.fixture
-def shell(tmp_path, monkeypatch, capsys):
-    return Shell(tmp_path, monkeypatch, capsys)
 
 
 @pytest.fixture
