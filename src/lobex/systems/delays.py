@@ -5,7 +5,9 @@ from typing import Any, Protocol
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
+from lobex._namespace import namespace
 from lobex._pytree import pytree
 
 Array = Any
@@ -24,7 +26,7 @@ class WholePeriod:
     """τ = T: what acts is found at the same places of the period before, and nothing is looked up between them."""
 
     def shares(self, phase: Array, period: Array) -> Array:
-        return jnp.ones_like(phase)
+        return namespace(phase).ones_like(phase)
 
 
 @pytree()
@@ -34,7 +36,7 @@ class Share:
     share: Array
 
     def shares(self, phase: Array, period: Array) -> Array:
-        return jnp.broadcast_to(self.share, jnp.shape(phase))
+        return namespace(self.share, phase).broadcast_to(self.share, np.shape(phase))
 
 
 @pytree()
@@ -44,7 +46,8 @@ class ConstantDelay:
     delay: Array
 
     def shares(self, phase: Array, period: Array) -> Array:
-        return jnp.broadcast_to(self.delay / period, jnp.shape(phase))
+        share = self.delay / period
+        return namespace(share, phase).broadcast_to(share, np.shape(phase))
 
 
 @pytree()

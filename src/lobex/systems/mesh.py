@@ -132,7 +132,7 @@ def _generations(system: DelaySystem, images: int) -> list[Array]:
     generations = [_array(starts)]
     for _ in range(0 if system.repeats else images):
         parts = [_image(generations[-1], delay, system.period) for delay in _carriers(system).values()]
-        generations.append(jnp.concatenate(parts))
+        generations.append(namespace(parts).concatenate(parts))
     return generations
 
 
@@ -145,7 +145,8 @@ def _few_generations(system: DelaySystem) -> list[Array]:
 
 def _places(system: DelaySystem) -> Array:
     """The same in one array."""
-    return jnp.concatenate(_few_generations(system))
+    generations = _few_generations(system)
+    return namespace(generations).concatenate(generations)
 
 
 def mesh_of(system: DelaySystem) -> Mesh:
@@ -197,8 +198,18 @@ def _parts(system: DelaySystem, pieces: int) -> int:
 
 def _image(jumps: Array, delay: Delay, period: Array) -> Array:
     """The phases at which what happened at ``jumps`` acts."""
+    # Among traced numbers as a loop alone: of a function of its own ``traits_of`` would not see what it leaves unused.
+    if namespace(jumps, delay, period) is jnp:
+        return _carried(jumps, delay, period)
+    with jax.ensure_compile_time_eval():
+        return np.asarray(_carried_at_hand(jumps, delay, period))
 
+
+def _carried(jumps: Array, delay: Delay, period: Array) -> Array:
     def closer(_: int, phase: Array) -> Array:
         return jumps + delay.shares(phase, period)
 
     return jax.lax.fori_loop(0, _STEPS, closer, jumps)
+
+
+_carried_at_hand = jax.jit(_carried)
