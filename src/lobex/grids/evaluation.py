@@ -1,5 +1,6 @@
 """The dominant multiplier at many points by any method: in chunks by matrix products, the rest by the dense solver."""
 
+import os
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any
@@ -9,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from tqdm import tqdm
 
+from lobex._batches import in_batches, together
 from lobex._broadcast import over_points
 from lobex._devices import on_device
 from lobex._timing import carried
@@ -58,12 +60,12 @@ def dominant_over_grid(
         )
         row, column = (np.resize(index, size) for index, size in zip(part, chunk, strict=True))
         with on_device(number):
-            result = _dominant(process, speeds[row, None], gains[column], method, _EFFORTS[0], False)
+            result = _dominant(process, speeds[row, None], gains[column], method, _EFFORTS[0])
             return np.ix_(*part), [np.asarray(values)[: len(part[0]), : len(part[1])] for values in result]
 
     with (
         tqdm(total=multiplier.size, unit="pt", unit_scale=True, disable=not progress, leave=False) as bar,
-        ThreadPoolExecutor(len(jax.local_devices())) as pool,
+        ThreadPoolExecutor(max(os.cpu_count() or 1, len(jax.local_devices()))) as pool,
     ):
         for part, results in pool.map(carried(work), range(len(starts))):
             for target, values in zip((multiplier, frequency, residual), results, strict=True):
@@ -114,14 +116,13 @@ def _at_points(
     doubtful = np.arange(len(speeds))
     dense_points = 0
     for effort in efforts:
-        densely = effort == 0
-        dense_points += densely * len(doubtful)
-        for start in range(0, len(doubtful), _BATCH):
-            index = doubtful[start : start + _BATCH]
-            padded = np.resize(index, _BATCH)
-            result = _dominant(process, speeds[padded], gains[padded], method, effort, densely)
-            multiplier[index], frequency[index], residual[index] = (np.asarray(r)[: len(index)] for r in result)
-        doubtful = np.nonzero(_untrusted(multiplier, residual))[0]
+        if not len(doubtful):
+            break
+        dense_points += (effort == 0) * len(doubtful)
+        evaluate = partial(_at_batch, process, method, effort)
+        results = in_batches(evaluate, (speeds[doubtful], gains[doubtful]), _BATCH)
+        multiplier[doubtful], frequency[doubtful], residual[doubtful] = results
+        doubtful = np.flatnonzero(_untrusted(multiplier, residual))
     nothing = np.full(len(speeds), np.nan)
     return Dominant(multiplier, frequency, nothing, np.zeros(len(speeds), dtype=int), dense_points)
 
@@ -138,11 +139,25 @@ def _chunk_shape(process: Process, method: Method, speed: float, gain: float) ->
     return points // columns, columns
 
 
-@partial(jax.jit, static_argnames="densely")
-def _dominant(
-    process: Process, speed: Array, gain: Array, method: Method, squarings: Array, densely: bool
+def _at_batch(
+    process: Process, method: Method, effort: int, speeds: np.ndarray, gains: np.ndarray
 ) -> tuple[Array, Array, Array]:
-    """Dominant multipliers, chatter frequencies and residuals; by the dense solver if ``densely``."""
+    return _dominant(process, speeds, gains, method, effort, effort == 0, together(len(speeds)))
+
+
+@partial(jax.jit, static_argnames=("densely", "several"))
+def _dominant(
+    process: Process,
+    speed: Array,
+    gain: Array,
+    method: Method,
+    squarings: Array,
+    densely: bool = False,
+    several: int | None = None,
+) -> tuple[Array, Array, Array]:
+    """Dominant multipliers, chatter frequencies and residuals of a grid, or of ``several`` points at a time; by the
+    dense solver if ``densely``.
+    """
 
     def point(speed: Array, gain: Array) -> tuple[Array, Array, Array]:
         system = process.system(speed, gain)
@@ -155,4 +170,6 @@ def _dominant(
             value, vector, residual = *map(power.as_complex, pair[:2]), power.residual(operator.matrix, pair)
         return value, chatter_frequency(operator, system.period, value, vector), residual
 
-    return over_points(point, speed, gain)
+    if several is None:
+        return over_points(point, speed, gain)
+    return jax.lax.map(lambda where: point(*where), (speed, gain), batch_size=several)

@@ -9,12 +9,12 @@ import jax
 import numpy as np
 
 from lobex import _checks
+from lobex._batches import in_batches
 from lobex._float64 import at_once, widened
 from lobex._timing import timed
 from lobex.grids.choice import AUTO, AnyMethod, Auto, operator_of, tolerance_of
 from lobex.grids.evaluation import dominant_at_points
 from lobex.grids.sweep import SweepWarning, sweep
-from lobex.limits.batches import in_batches
 from lobex.limits.contour import Map, contours, doubled, on_curve, refined, with_hidden_lines
 from lobex.limits.coverage import MOST_WAVES, waves_per_cell
 from lobex.limits.growth import growth_and_gradient
@@ -208,7 +208,7 @@ def _evaluation(process: Process, method: Method) -> Evaluation:
         new = [point for point in dict.fromkeys(points) if point not in known]
         if new:
             at = np.array(new)
-            results = in_batches(_gradients, (process, method), (at[:, 0], at[:, 1]), _BATCH)
+            results = in_batches(partial(_gradients, process, method), (at[:, 0], at[:, 1]), _BATCH)
             known.update(zip(new, zip(*(r.tolist() for r in results), strict=True), strict=True))
         growth, by_speed, by_gain, residual = np.array([known[point] for point in points]).T
         return growth, by_speed, by_gain, residual < _USABLE_RESIDUAL

@@ -1,7 +1,5 @@
 """Polished crossings with their labels: frequency, kind, tie and error, with the operator's own nodes at each."""
 
-import os
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -10,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from lobex._devices import on_device
+from lobex._batches import in_batches
 from lobex.floquet import dense, power
 from lobex.floquet.chatter import carrier_frequency, chatter_frequency
 from lobex.floquet.dense import Triple
@@ -90,7 +88,7 @@ def polished(process: Process, method: Method, speeds: np.ndarray, brackets: Bra
         left = np.flatnonzero(brackets.nodes == nodes)
         for effort in _EFFORTS:
             arrays = speeds[brackets.lane[left]], *(a[left] for a in brackets[1:5])
-            results = _on_all_cores(partial(_polished_batch, process, sized, effort, in_flight), arrays)
+            results = in_batches(partial(_polished_batch, process, sized, effort, in_flight), arrays, SPEEDS)
             for target, result in zip(parts, results, strict=True):
                 target[left] = result
             left = left[~((np.abs(growth[left]) < CONVERGED) & (residual[left] < _RESIDUAL))]
@@ -108,22 +106,6 @@ def _from_finer(process: Process, method: Method, speeds: np.ndarray, gains: np.
     """What a finer discretisation makes of |μ| = 1."""
     with np.errstate(divide="ignore"):
         return np.abs(np.log(np.abs(dominant_at_points(process, speeds, gains, method.finer()).multiplier)))
-
-
-def _on_all_cores(function: Any, arrays: tuple[np.ndarray, ...]) -> list[np.ndarray]:
-    """``function`` of batches of one size, the last filled up with repeats, on every core."""
-    total = len(arrays[0])
-
-    def work(start: int) -> Any:
-        index = np.resize(np.arange(start, min(start + SPEEDS, total)), SPEEDS)
-        with on_device(start // SPEEDS):
-            return [np.asarray(part) for part in function(*(a[index] for a in arrays))]
-
-    starts = range(0, total, SPEEDS)
-    first = work(0)
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        rest = list(pool.map(work, starts[1:]))
-    return [np.concatenate(part)[:total] for part in zip(first, *rest, strict=True)]
 
 
 def _polished_batch(

@@ -16,11 +16,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex import _checks
+from lobex._batches import in_batches
 from lobex._float64 import in_float64
 from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex.limits.above import above
-from lobex.limits.batches import in_batches
 from lobex.limits.brackets import Cells, cells, half_turns
 from lobex.limits.receptance import Curve, ModalCurve, Receptance, SampledCurve, as_complex, receptance
 from lobex.limits.search import Crossing, lowest_crossing, phase
@@ -222,7 +222,7 @@ def _critical(source: Source, speed: Array, lowest: Array | None) -> tuple[Array
         filled = jnp.concatenate([flat, jnp.broadcast_to(flat[-1], (rows * _BATCH - count,))])
         results = jax.lax.map(partial(_limits, source, parts, lowest), filled.reshape(rows, _BATCH))
     else:
-        results = in_batches(_limits, (source, parts, lowest), (flat,), _BATCH)
+        results = in_batches(partial(_limits, source, parts, lowest), (flat,), _BATCH)
     gain, omega, lobe, tie = (r.ravel()[:count].reshape(speed.shape) for r in results)
     return gain, omega, lobe, tie
 

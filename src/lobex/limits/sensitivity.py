@@ -9,9 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex import _checks
+from lobex._batches import in_batches
 from lobex._float64 import at_once, widened
 from lobex.grids.choice import AUTO, AnyMethod, operator_of
-from lobex.limits.batches import in_batches
 from lobex.limits.critical import critical_gain
 from lobex.limits.exact_limit import exact_limit
 from lobex.limits.growth import growth
@@ -117,9 +117,9 @@ def at_limit(limit: Limit, build: Builder, parameters: Any, method: Method | Non
     with at_once():
         wide = widened(parameters)
         if found.size and method is None:
-            derivative[found] = in_batches(_closed_form, (build, wide), (speed,))
+            derivative[found] = in_batches(partial(_closed_form, build, wide), (speed,))
         elif found.size:
-            derivative[found] = in_batches(_by_growth, (build, wide, method), (speed, gain))
+            derivative[found] = in_batches(partial(_by_growth, build, wide, method), (speed, gain))
     return Sensitivities(names=names, value=values, derivative=derivative, limit=limit)
 
 
