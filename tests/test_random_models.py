@@ -80,10 +80,15 @@ def test_random_models(first):
         check(seed, (1, 3, 8))
 
 
-@pytest.mark.parametrize("seed", range(400, 408))
-def test_random_models_over_grids_that_are_proven_by_strips(seed):
+def test_random_models_of_more_modes_than_starts_are_taken_from():
+    for seed in range(600, 605):
+        check(seed, (60,))
+
+
+@pytest.mark.parametrize(("seed", "modes"), [*((seed, 3) for seed in range(400, 408)), (409, 40)])
+def test_random_models_over_grids_that_are_proven_by_strips(seed, modes):
     rng = np.random.default_rng(seed)
-    omega, damping, shape, speed = random_model(rng, (3,))
+    omega, damping, shape, speed = random_model(rng, (modes,))
     speed = speed[0] * np.linspace(1, 1.5, 16)
     least = min(least_limit(omega, damping, shape**2, 1 / s) for s in speed[[0, 7, 15]])
     gain = least * np.geomspace(0.01, 100.0, 512)

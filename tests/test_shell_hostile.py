@@ -143,7 +143,7 @@ def test_lines_that_are_computed_end_well(seed, tmp_path):
         ("lobes milling --method sdm --steps 2147483648", "at most 5000"),
         ("lobes milling --nodes 2147483648", "at most 2000"),
         ("lobes milling --teeth 2147483648", "at most 1000"),
-        ("lobes rub --elements 20000", "elements = 20000 is more than can be computed; give at most 500"),
+        ("lobes rub --elements 20000", "elements = 20000 is more than can be computed; give at most 200"),
         ("lobes rub --store s --processes 2147483648", "at most 256"),
         ("lobes rub --nodes x", "--nodes: 'x' is not a whole number"),
         ("lobes rub --steps 1.5", "--steps: '1.5' is not a whole number"),

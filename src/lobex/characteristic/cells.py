@@ -18,6 +18,8 @@ _ROUNDS = 100
 _MOST = 2**19
 # That an undecided cell is divided into.
 PARTS = 4
+# Of poles that cells begin and end at, at most.
+_HEIGHTS = 16
 
 
 class Cells(NamedTuple):
@@ -94,8 +96,10 @@ def narrow(middle: Array, half: Array) -> Array:
 
 
 def first_cells(loops: Loops, level: Array, least: Array) -> Cells:
-    """From 0 over the height of every pole to a height beyond which |M| is below ``least``, (lines,)."""
+    """From 0 over heights of poles to a height beyond which |M| is below ``least``, (lines,)."""
     heights = np.sort(np.abs(loops.upper.imag), axis=0)
+    # Most of many poles are quiet, and one bound serves several.
+    heights = heights[np.unique(np.linspace(0, len(heights) - 1, _HEIGHTS).astype(int))]
     first, constant = np.abs(loops.first), np.abs(loops.constant)
     # Beyond the highest pole by b, |M| is at most A/b + B/b².
     a = np.sum(first, axis=0) / least

@@ -15,7 +15,7 @@ from lobex.characteristic.cells import over_modes
 from lobex.characteristic.closed_loop import Loops
 from lobex.characteristic.lanes import in_batches, on_device, take
 from lobex.characteristic.line import PLACES, roots_beyond
-from lobex.characteristic.peaks import moved_poles, peaks
+from lobex.characteristic.peaks import foremost, highest, moved_poles, peaks
 
 Array = Any
 
@@ -176,7 +176,7 @@ def _newton(loops: Loops, lane: Array, start: Array) -> tuple[Array, Array]:
 
 def _first_level(loops: Loops) -> Array:
     """A line near the foremost root."""
-    return np.max(peaks(loops), axis=0) - _APART
+    return np.max(peaks(loops, highest(loops)), axis=0) - _APART
 
 
 def _starts(loops: Loops, lane: Array, level: Array, places: Array) -> tuple[Array, Array]:
@@ -186,7 +186,7 @@ def _starts(loops: Loops, lane: Array, level: Array, places: Array) -> tuple[Arr
     """
     mine = take(loops, lane)
     near, still = [], []
-    for pole, move in zip(*moved_poles(mine), strict=True):
+    for pole, move in zip(*moved_poles(mine, foremost(mine)), strict=True):
         with np.errstate(all="ignore"):
             beyond = (pole.real > level) & (pole.imag >= 0)
             unmoved = np.abs(move) < _UNMOVED * (1 + np.abs(pole))
@@ -194,11 +194,11 @@ def _starts(loops: Loops, lane: Array, level: Array, places: Array) -> tuple[Arr
         near.append(np.where(beyond & ~unmoved, pole + np.where(np.isfinite(move), move, 0.1), np.nan))
         still.append(np.where(beyond & unmoved, pole, np.nan))
     # The foremost are enough: the line comes closer when there are more.
-    foremost = [
+    ahead = [
         np.take_along_axis(z, np.argsort(-_real(z), axis=1)[:, : PLACES + 1], axis=1)
         for z in (np.stack(near, axis=1), np.stack(still, axis=1))
     ]
-    return np.concatenate([places, foremost[0]], axis=1), foremost[1]
+    return np.concatenate([places, ahead[0]], axis=1), ahead[1]
 
 
 def _real(z: Array) -> Array:

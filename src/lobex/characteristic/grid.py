@@ -1,6 +1,7 @@
 """The rightmost root over a grid of speeds and gains."""
 
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,6 +21,8 @@ Array = Any
 _STRIDE = 8
 # Roots of a neighbour that are begun with.
 _KEPT = 2
+# Gains at which the loop is closed together.
+_GAINS = 64
 # From so many gains on whole strips of them are proven at once; speeds of a part, and parts.
 _MANY_GAINS, _MANY_POINTS = 64, 8192
 _FEWEST_SPEEDS, _PARTS, _MOST_POINTS = 16, 2.25, 2**17
@@ -69,21 +72,16 @@ def _by_strips(structure: Structure, contact: Contact, gains: Array) -> tuple[Ar
     drift, inputs, outputs = (part[one] for part in structure[:3])
     loops = take(close(drift, inputs, outputs, np.zeros(len(one)), np.ones(len(one))), same).at_delay(structure.delay)
     opened = Open(structure.present, structure.delayed, loops)
-    shared = _closed(structure, np.zeros(len(gains), dtype=int), gains) if structure.same else None
+    closed = _closed_at(structure, gains)
 
     # Neighbours take as long as each other: each part gets some of all.
     order = np.argsort(np.arange(shape[0]) * _GOLDEN % 1)
 
     def work(part: Array) -> None:
         index = order[part]
-
-        def closed(lane: Array, column: Array) -> Loops:
-            row = index[lane]
-            loops = _closed(structure, row, gains[column]) if shared is None else take(shared, column)
-            return loops.at_delay(structure.delay[row])
-
         row, column = np.meshgrid(index, np.arange(shape[1]), indexing="ij")
-        results = _polished(contact, row, gains[column], *loci(take(opened, index), closed, gains))
+        found = loci(take(opened, index), lambda lane, column: closed(index[lane], column), gains)
+        results = _polished(contact, row, gains[column], *found)
         root[index], error[index], proven[index] = results
 
     in_chunks(work, shape[0], _speeds_of_a_part(shape))
@@ -100,7 +98,7 @@ def _from_neighbours(structure: Structure, gains: Array) -> tuple[Array, Array]:
     shape = len(structure.delay), len(gains)
     found: Array = np.full((*shape, ROOTS), np.nan + 0j)
     proven = np.zeros(shape, dtype=bool)
-    shared = _closed(structure, np.zeros(len(gains), dtype=int), gains) if structure.same else None
+    closed = _closed_at(structure, gains)
     coarse = np.unique(np.append(np.arange(0, shape[1], _STRIDE), shape[1] - 1))
 
     def at_columns(columns: Array, beside: tuple[Array, ...]) -> None:
@@ -109,10 +107,8 @@ def _from_neighbours(structure: Structure, gains: Array) -> tuple[Array, Array]:
 
         def work(index: Array) -> None:
             i, j = row[index], columns[number[index]]
-            loops = _closed(structure, i, gains[j]) if shared is None else take(shared, j)
             guesses = [found[i, other[number[index]], :_KEPT] for other in beside]
-            climbed = climb(loops.at_delay(structure.delay[i]), np.concatenate(guesses, axis=1) if guesses else None)
-            found[i, j], proven[i, j] = climbed
+            found[i, j], proven[i, j] = climb(closed(i, j), np.concatenate(guesses, axis=1) if guesses else None)
 
         in_chunks(work, len(row), LANES)
 
@@ -126,10 +122,11 @@ def _from_neighbours(structure: Structure, gains: Array) -> tuple[Array, Array]:
 def rightmost_at_points(structure: Structure, contact: Contact, row: Array, gain: Array) -> tuple[Array, Array, Array]:
     """As ``rightmost_roots`` at points: the numbers of their speeds, (p,), and their gains ≠ 0, (p,)."""
     found, proven = np.full(len(row), np.nan + 0j), np.zeros(len(row), dtype=bool)
+    gains, column = np.unique(gain, return_inverse=True)
+    closed = _closed_at(structure, gains)
 
     def work(index: Array) -> None:
-        loops = _closed(structure, row[index], gain[index]).at_delay(structure.delay[row[index]])
-        climbed = climb(loops)
+        climbed = climb(closed(row[index], column[index]))
         found[index], proven[index] = climbed.found[:, 0], climbed.proven
 
     in_chunks(work, len(row), LANES)
@@ -142,7 +139,20 @@ def _polished(contact: Contact, row: Array, gain: Array, root: Array, proven: Ar
     return root, error, proven & np.isfinite(error)
 
 
-def _closed(structure: Structure, row: Array, gain: Array) -> Loops:
-    """The loops at speeds and gains, (l,), in s."""
-    drift, inputs, outputs, present, delayed = (part[row] for part in structure[:-1])
-    return close(drift, inputs, outputs, gain * present, gain * delayed)
+def _closed_at(structure: Structure, gains: Array) -> Callable[[Array, Array], Loops]:
+    """Gives the loops in sτ, closed at numbers of speeds and of gains, (l,) each."""
+
+    def close_at(row: Array, column: Array) -> Loops:
+        drift, inputs, outputs, present, delayed = (part[row] for part in structure[:-1])
+        return close(drift, inputs, outputs, gains[column] * present, gains[column] * delayed)
+
+    shared = None
+    if structure.same:
+        parts = in_chunks(lambda part: close_at(np.zeros_like(part), part), len(gains), _GAINS)
+        shared = Loops(*(np.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))
+
+    def closed(row: Array, column: Array) -> Loops:
+        loops = close_at(row, column) if shared is None else take(shared, column)
+        return loops.at_delay(structure.delay[row])
+
+    return closed

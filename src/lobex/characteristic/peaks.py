@@ -12,42 +12,64 @@ Array = Any
 _ROUNDS = 6
 _NEAREST = 1e-3
 _HARDLY = 0.5
+# Of many modes those looked at: what is likely need not be complete.
+_MODES = 24
 
 
-def peaks(loops: Loops) -> Array:
-    """At the height of each pole, (modes, lanes), a real part x near log |M(x + jy)|: there |w| is near 1."""
-    level = loops.rightmost + np.full(np.shape(loops.upper), 0.1)
+def highest(loops: Loops) -> Array:
+    """Numbers of the modes that peak highest by themselves, (modes or fewer, lanes)."""
+    z = loops.rightmost + 0.1 + 1j * loops.upper.imag
+    with np.errstate(all="ignore"):
+        own = np.abs((loops.first * z + loops.constant) / ((z - loops.upper) * (z - loops.lower)))
+    return np.argsort(-own, axis=0)[:_MODES]
+
+
+def foremost(loops: Loops) -> Array:
+    """Numbers of the modes whose poles have the largest real parts, (modes or fewer, lanes)."""
+    return np.argsort(-np.maximum(loops.upper.real, loops.lower.real), axis=0)[:_MODES]
+
+
+def peaks(loops: Loops, modes: Array) -> Array:
+    """At the height y of each mode's pole, (k, lanes), a real part x near log |M(x + jy)|: there |w| is near 1."""
+    height = np.take_along_axis(loops.upper.imag, modes, axis=0)
+    level = loops.rightmost + np.full(np.shape(modes), 0.1)
     for _ in range(_ROUNDS):
         with np.errstate(divide="ignore"):
-            size = np.stack([np.log(np.abs(response(loops, z))) for z in level + 1j * loops.upper.imag])
+            size = np.stack([np.log(np.abs(response(loops, z))) for z in level + 1j * height])
         level = np.maximum((level + size) / 2, loops.rightmost + _NEAREST)
     return level
 
 
-def moved_poles(loops: Loops) -> tuple[Array, Array]:
-    """The poles, first those named upper, and how far off the roots of w = 1 beside them are, (2 × modes, lanes)."""
-    poles, moves = np.concatenate([loops.upper, loops.lower]), []
-    for mode, (pole, partner) in enumerate(zip(poles, np.concatenate([loops.lower, loops.upper]), strict=True)):
-        mode = mode % len(loops.upper)
-        with np.errstate(all="ignore"):
-            # M = r/(z − π) + rest.
-            at_pole, at_partner = (
-                (loops.first[mode] * z + loops.constant[mode]) / (z - o) for z, o in ((pole, partner), (partner, pole))
-            )
-            terms = (loops.first * pole + loops.constant) / ((pole - loops.upper) * (pole - loops.lower))
-            rest = np.sum(np.delete(terms, mode, axis=0), axis=0) + at_partner / (pole - partner)
-            moves.append(at_pole / (np.exp(pole) - rest))
-    return poles, np.stack(moves)
+def moved_poles(loops: Loops, modes: Array) -> tuple[Array, Array]:
+    """The poles of modes (k, lanes), first those named upper, and how far off the roots of w = 1 beside them are,
+    (2k, lanes).
+    """
+    poles, moves = [], []
+    first, constant, upper, lower = (np.take_along_axis(part, modes, axis=0) for part in loops)
+    for pole, partner in ((upper, lower), (lower, upper)):
+        for k, mode in enumerate(modes):
+            with np.errstate(all="ignore"):
+                # M = r/(z − π) + rest.
+                at_pole, at_partner = (
+                    (first[k] * z + constant[k]) / (z - o) for z, o in ((pole[k], partner[k]), (partner[k], pole[k]))
+                )
+                terms = (loops.first * pole[k] + loops.constant) / ((pole[k] - loops.upper) * (pole[k] - loops.lower))
+                np.put_along_axis(terms, mode[None], 0.0, axis=0)
+                rest = np.sum(terms, axis=0) + at_partner / (pole[k] - partner[k])
+                moves.append(at_pole / (np.exp(pole[k]) - rest))
+        poles.append(pole)
+    return np.concatenate(poles), np.stack(moves)
 
 
 def likely_roots(loops: Loops) -> Array:
-    """Starts for Newton's method, (lanes, 3 × modes), NaN-filled.
+    """Starts for Newton's method, (lanes, 3k), NaN-filled.
 
     Beside a pole that has hardly moved, or on either side of a peak, where the phase of w is near 0.
     """
-    level = peaks(loops)
+    modes = highest(loops)
+    level = peaks(loops, modes)
     starts = []
-    for x, pole, move in zip(level, *(a[: len(level)] for a in moved_poles(loops)), strict=True):
+    for x, pole, move in zip(level, *(a[: len(level)] for a in moved_poles(loops, modes)), strict=True):
         with np.errstate(all="ignore"):
             still = np.abs(move) < _HARDLY
             phase = np.angle(response(loops, x + 1j * pole.imag)) - pole.imag

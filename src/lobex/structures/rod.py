@@ -15,7 +15,7 @@ from lobex.structures.modes import Modes, modal_damping
 Array = Any
 
 # Its matrices are dense.
-_MOST_ELEMENTS = 500
+_MOST_ELEMENTS = 200
 
 
 @pytree(static=("elements",))
@@ -32,7 +32,7 @@ class Rod:
     Every attribute but ``elements`` may be traced; gradients flow through the eigenproblem.
 
     Raises:
-        ValueError: for a value that is not a positive finite number, or elements outside 1 to 500.
+        ValueError: for a value that is not a positive finite number, or elements outside 1 to 200.
     """
 
     elements: int = 5
