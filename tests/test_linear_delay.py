@@ -15,6 +15,7 @@ import lobex
 from cases import THESIS_TOOL, milling, rub
 from lobex.systems.mesh import mesh_of
 from reference_cases import varying
+from reference_tools import process_damping
 
 SIXTEEN = lobex.Duhamel(nodes=16)
 
@@ -397,3 +398,21 @@ def test_a_delay_far_shorter_than_another_costs_no_more_pieces():
     chart = lobex.sweep(process, [1.0], [0.0])
     assert mesh_of(process.system(1.0, 0.0)).pieces <= 16
     np.testing.assert_allclose(chart.spectral_radius, np.exp(root), rtol=1e-10)
+
+
+def test_a_mode_that_turns_nearly_a_hundred_radians_in_half_a_delay_gets_the_nodes_it_needs():
+    machine = {
+        "modes": [{"frequency_Hz": 450.0, "damping_ratio": 0.0316, "modal_mass_kg": 0.8106}],
+        "K_N_per_m2": 1.5e9,
+        "C_N_per_m": 611000.0,
+        "radius_m": 0.0175,
+    }
+    # By Newton's method on the characteristic function.
+    expected = {0.0004922: (-0.104342917518, 0.796173948867), 0.001477: (0.14333359661, 1.05647189748)}
+    turning = {"machine": "one", "rpm": 1000, "depth_m": 0.000984487513269, "rel_diff": 1e-12}
+    turning["points"] = [{"depth_m": depth, "mu": mu} for depth, mu in expected.items()]
+    content = {"milling_mu": [], "milling_critical": [], "machines": {"one": machine}, "turning": [turning]}
+    task = list(process_damping(content))[-1]
+    chart = lobex.sweep(task.process, [task.speed], list(expected))
+    assert chart.multiplier[0] == pytest.approx([complex(*mu) for mu in expected.values()], rel=1e-10)
+    assert np.max(chart.error) < 1e-10

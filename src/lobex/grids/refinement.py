@@ -29,6 +29,8 @@ Array = Any
 
 # Nodes per piece: a few sizes, since each is compiled for itself.
 _SIZES = (6, 10, 16, 26, 42, 68, 110)
+# And for few pieces through which a mode turns a hundred times, as long as forces are not more.
+_LARGE, _MOST_FORCES = (178, 288, 466), 700
 # Work per point, lightest first: squarings of the operator, or 0 for the dense solver.
 _EFFORTS = (9, 16, 24, 0)
 # The same after so long a period, in delays, that its end has forgotten all but the dominant multiplier.
@@ -84,7 +86,7 @@ class _Refinement:
         order = np.argsort(row, kind="stable")
         first = _shares(len(speeds))
         edges = np.searchsorted(row[order], first)
-        self.sizes, start = self._plan(speeds, len(row))
+        self.sizes, start, last = self._plan(speeds, len(row))
         self.in_flight = samples_in_flight(self.process.system(np.min(speeds), 0.0))
         dense_points = 0
 
@@ -93,7 +95,7 @@ class _Refinement:
             here = slice(first[number], first[number + 1])
             slab = _Slab(self, speeds[here], row[mine] - here.start, gain[mine])
             with on_device(number):
-                slab.run(start[row[mine]])
+                slab.run(start[row[mine]], last[row[mine]])
             return mine, slab
 
         with (
@@ -135,19 +137,23 @@ class _Refinement:
 
         return [partial(call, method) for method in methods for call in (evaluate, prepare)]
 
-    def _plan(self, speeds: np.ndarray, points: int) -> tuple[tuple[int, ...], np.ndarray]:
-        """The sizes in turn, and the index of the one to begin with per speed: from how far a mode turns."""
+    def _plan(self, speeds: np.ndarray, points: int) -> tuple[tuple[int, ...], np.ndarray, np.ndarray]:
+        """The sizes in turn, and the indices of those to begin and to end with per speed: from how far a mode turns."""
         if self.method.nodes is not None:
-            return (self.method.nodes,), np.zeros(len(speeds), dtype=int)
+            return (self.method.nodes,), np.zeros(len(speeds), dtype=int), np.zeros(len(speeds), dtype=int)
         ends = speeds[[0, -1]]
         # Turning is a power of the speed, or nearly, unless what is called speed is something else.
         half = np.exp(np.interp(np.log(speeds), np.log(ends), np.log([self._turn(speed) for speed in ends])))
-
-        tails = tail_bound(half[:, None] + _BY_COEFFICIENTS, np.array(_SIZES[:-1]))
-        first = np.sum(tails > np.sqrt(self.method.tolerance), axis=1)
+        system = self.process.system(ends[0], 0.0)
+        pieces = mesh_of(system).pieces
+        sizes = _SIZES + tuple(size for size in _LARGE if size * pieces * system.force_size <= _MOST_FORCES)
+        coarse = tail_bound(half[:, None] + _BY_COEFFICIENTS, np.array(sizes)) > np.sqrt(self.method.tolerance)
+        # Where the finest would not do either, it is not tried.
+        last = np.where(coarse[:, -1], len(_SIZES), len(sizes)) - 1
+        first = np.minimum(np.sum(coarse, axis=1), last)
         # Of few points it is quicker to compute some too finely than to compile one more size, unless pieces are many.
-        apart = points >= MANY or mesh_of(self.process.system(ends[0], 0.0)).pieces > _LONG
-        return _SIZES, first if apart else np.full(len(speeds), first.max())
+        apart = points >= MANY or pieces > _LONG
+        return sizes, first if apart else np.minimum(first.max(), last), last
 
     def _turn(self, speed: float) -> float:
         """Radians that the mode to follow turns through in half of the widest piece in contact."""
@@ -173,8 +179,10 @@ class _Slab:
         self.size = np.zeros(len(row), dtype=int)
         self.dense_points = 0
 
-    def run(self, start: np.ndarray) -> None:
-        """Compute every point with the size that ``start`` gives it, and with the next while it is too coarse."""
+    def run(self, start: np.ndarray, last: np.ndarray) -> None:
+        """Compute every point with the size that ``start`` gives it, and with the next, up to ``last``, while it is too
+        coarse.
+        """
         waiting = start
         for index, nodes in enumerate(self.whole.sizes):
             points = np.flatnonzero(waiting == index)
@@ -182,7 +190,7 @@ class _Slab:
                 self.size[points] = index
                 self._settle(points, replace(self.whole.method, nodes=nodes))
                 # A point that failed, NaN, fails with more nodes as well.
-                coarse = points[self.error[points] > self.whole.method.tolerance]
+                coarse = points[(self.error[points] > self.whole.method.tolerance) & (index < last[points])]
                 waiting[coarse] = index + 1
 
     @property
