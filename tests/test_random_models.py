@@ -85,7 +85,7 @@ def test_random_models_of_more_modes_than_starts_are_taken_from():
         check(seed, (60,))
 
 
-@pytest.mark.parametrize(("seed", "modes"), [*((seed, 3) for seed in range(400, 408)), (409, 40)])
+@pytest.mark.parametrize(("seed", "modes"), [*((seed, 3) for seed in range(400, 408)), (410, 40)])
 def test_random_models_over_grids_that_are_proven_by_strips(seed, modes):
     rng = np.random.default_rng(seed)
     omega, damping, shape, speed = random_model(rng, (modes,))

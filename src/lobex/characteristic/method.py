@@ -79,8 +79,9 @@ class CharacteristicRoots:
         alone, rounding = _without_gain(structure)
         root, error, proven = alone[row] + 0j, rounding[row], np.ones(len(row), dtype=bool)
         acting = np.flatnonzero(gain)
-        results = rightmost_at_points(structure, contact, row[acting], gain[acting])
-        root[acting], error[acting], proven[acting] = results
+        if len(acting):
+            results = rightmost_at_points(structure, contact, row[acting], gain[acting])
+            root[acting], error[acting], proven[acting] = results
         for target, result in zip(everywhere, _results(root, error, proven, structure.delay[row]), strict=True):
             target[index] = result
         return everywhere
