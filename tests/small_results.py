@@ -26,9 +26,8 @@ def chart(factor: float = 1.0) -> lobex.Chart:
     multiplier = factor * np.exp(1j * np.arange(6.0).reshape(3, 2)) * np.linspace(0.8, 1.2, 6).reshape(3, 2)
     multiplier[2, 1] = np.nan
     radius = np.abs(multiplier)
-    return lobex.Chart(
-        SPEED, GAIN, radius, multiplier, 100 * radius, 1e-9 * radius, method=_METHOD, failed=1, repeated=0, **_SAID
-    )
+    status = np.array([[0, 0], [1, 2], [0, 3]], dtype=np.int8)
+    return lobex.Chart(SPEED, GAIN, radius, multiplier, 100 * radius, 1e-9 * radius, status, method=_METHOD, **_SAID)
 
 
 def limit() -> lobex.Limit:

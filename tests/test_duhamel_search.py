@@ -72,9 +72,14 @@ SLOW = [
 @pytest.mark.parametrize(("omega", "ratio", "shape", "speed", "gains"), SLOW)
 def test_a_contact_too_stiff_for_the_nodes_is_said(omega, ratio, shape, speed, gains):
     # The loop turns 7 to 10 times as quickly as the mode alone, 130 times per delay and more.
-    chart, warned = swept([omega], [ratio], [[shape]], speed, gains, lobex.Duhamel())
+    chart, warned = swept([omega], [ratio], [[shape]], speed, gains, lobex.Duhamel(nodes=110))
     assert warned
     assert np.all(np.isinf(chart.error))
+
+
+@pytest.mark.search
+def test_hundreds_of_nodes_follow_a_stiff_contact():
+    assert sure_points([1.0], [0.03], [[1.0]], 0.0086, [10.0, 20.0], lobex.Duhamel()) == 2
 
 
 @pytest.mark.search

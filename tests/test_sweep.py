@@ -123,12 +123,18 @@ def test_left_vectors_belong_to_the_pair(angle, second):
 def test_errors_above_the_tolerance_are_warned_of_whatever_computed_them(method, monkeypatch):
     def computed(process, speeds, gains, method, progress):
         error = np.array([[0.0, 1e-7, np.inf], [1e-9, 1e-3, np.nan]])
-        return Dominant(np.full((2, 3), 0.5 + 0j), np.zeros((2, 3)), error, np.zeros((2, 3), dtype=int), 0)
+        again = np.array([[True, True, False], [False, False, False]])
+        return Dominant(np.full((2, 3), 0.5 + 0j), np.zeros((2, 3)), error, np.zeros((2, 3), dtype=int), again)
 
     monkeypatch.setattr(import_module("lobex.grids.sweep"), "dominant_over_grid", computed)
     above = "2 of 6 .* above the tolerance 0.0001" if method == lobex.Duhamel(tolerance=1e-4) else "3 of 6 .* 1e-08"
     with pytest.warns(lobex.SweepWarning, match=above):
-        lobex.sweep(ROD, [100.0, 200.0], [1e5, 1e6, 2e6], method)
+        chart = lobex.sweep(ROD, [100.0, 200.0], [1e5, 1e6, 2e6], method)
+    least = "settled again" if method == lobex.Duhamel(tolerance=1e-4) else "above tolerance"
+    assert chart.status.tolist() == [
+        ["settled again", least, "above tolerance"],
+        ["good", "above tolerance", "good"],
+    ]
 
 
 def test_a_scan_that_leaves_stability_open_is_warned_of(monkeypatch):
@@ -136,7 +142,7 @@ def test_a_scan_that_leaves_stability_open_is_warned_of(monkeypatch):
         # One that is surely stable in spite of its error, and two that may not be.
         error = np.array([[0.0, 1e-3, 1.0, np.inf, 1e-9]])
         shape = error.shape
-        return Dominant(np.full(shape, 0.5 + 0j), np.zeros(shape), error, np.full(shape, 12), 0)
+        return Dominant(np.full(shape, 0.5 + 0j), np.zeros(shape), error, np.full(shape, 12), error > 1)
 
     monkeypatch.setattr(import_module("lobex.limits.scan"), "dominant_over_grid", computed)
     with pytest.warns(lobex.SweepWarning, match="2 of 5 samples of the scan have an estimated error"):
@@ -172,6 +178,7 @@ def test_failed_points_are_nan_and_counted_in_one_warning():
     with pytest.warns(lobex.SweepWarning, match="4 of 6 points failed"):
         chart = lobex.sweep(cls(ROD.modes), [80.0, 120.0, 160.0], [1e5, 1e6])
     assert chart.failed == 4
+    assert chart.status.tolist() == [["good"] * 2, ["failed"] * 2, ["failed"] * 2]
     assert np.isfinite(chart.spectral_radius[0]).all()
     assert np.isnan(chart.spectral_radius[1:]).all()
     assert np.isnan(chart.chatter_frequency[1:]).all()

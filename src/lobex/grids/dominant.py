@@ -13,11 +13,11 @@ class Dominant(NamedTuple):
         frequency: chatter frequency, Hz.
         error: estimated relative error of |μ| by discretisation and rounding, NaN where the method gives none.
         nodes: how many nodes per piece it took, where the method chooses; 0 elsewhere.
-        dense_points: how many points the dense solver had to settle.
+        again: where the dense solver had to settle a point, or after characteristic roots an operator.
     """
 
     multiplier: np.ndarray
     frequency: np.ndarray
     error: np.ndarray
     nodes: np.ndarray
-    dense_points: int
+    again: np.ndarray

@@ -16,7 +16,6 @@ from lobex._devices import on_device
 from lobex._timing import carried
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.floquet import dense, power
-from lobex.floquet.chatter import chatter_frequency
 from lobex.grids.dominant import Dominant
 from lobex.grids.refinement import refined_at_points, refined_over_grid
 from lobex.operators.duhamel import Duhamel
@@ -74,7 +73,9 @@ def dominant_over_grid(
     doubtful = np.nonzero(_untrusted(multiplier, residual))
     again = _at_points(process, speeds[doubtful[0]], gains[doubtful[1]], method, _EFFORTS[1:])
     multiplier[doubtful], frequency[doubtful] = again.multiplier, again.frequency
-    return Dominant(multiplier, frequency, np.full(shape, np.nan), np.zeros(shape, dtype=int), again.dense_points)
+    densely = np.zeros(shape, dtype=bool)
+    densely[doubtful] = again.again
+    return Dominant(multiplier, frequency, np.full(shape, np.nan), np.zeros(shape, dtype=int), densely)
 
 
 def _by_roots(process: Process, found: tuple[np.ndarray, ...], speeds: np.ndarray, gains: np.ndarray) -> Dominant:
@@ -87,7 +88,7 @@ def _by_roots(process: Process, found: tuple[np.ndarray, ...], speeds: np.ndarra
     again = refined_at_points(process, speeds, gains, Duhamel(), every_mode=len(speeds) < _FEW)
     for target, result in zip((multiplier, frequency, error, nodes), again[:4], strict=True):
         target[left] = result
-    return Dominant(multiplier, frequency, error, nodes, len(speeds))
+    return Dominant(multiplier, frequency, error, nodes, ~proven)
 
 
 def dominant_at_points(
@@ -113,18 +114,17 @@ def _at_points(
 ) -> Dominant:
     multiplier = np.full(len(speeds), np.nan, dtype=np.complex128)
     frequency, residual = np.full(len(speeds), np.nan), np.full(len(speeds), np.inf)
-    doubtful = np.arange(len(speeds))
-    dense_points = 0
+    doubtful, densely = np.arange(len(speeds)), np.zeros(len(speeds), dtype=bool)
     for effort in efforts:
         if not len(doubtful):
             break
-        dense_points += (effort == 0) * len(doubtful)
+        densely[doubtful] = effort == 0
         evaluate = partial(_at_batch, process, method, effort)
         results = in_batches(evaluate, (speeds[doubtful], gains[doubtful]), _BATCH)
         multiplier[doubtful], frequency[doubtful], residual[doubtful] = results
         doubtful = np.flatnonzero(_untrusted(multiplier, residual))
     nothing = np.full(len(speeds), np.nan)
-    return Dominant(multiplier, frequency, nothing, np.zeros(len(speeds), dtype=int), dense_points)
+    return Dominant(multiplier, frequency, nothing, np.zeros(len(speeds), dtype=int), densely)
 
 
 def _untrusted(multiplier: np.ndarray, residual: np.ndarray) -> np.ndarray:
@@ -168,7 +168,7 @@ def _dominant(
         else:
             pair = power.dominant(operator.matrix, squarings)
             value, vector, residual = *map(power.as_complex, pair[:2]), power.residual(operator.matrix, pair)
-        return value, chatter_frequency(operator, system.period, value, vector), residual
+        return value, operator.chatter_frequency(system.period, value, vector), residual
 
     if several is None:
         return over_points(point, speed, gain)

@@ -56,7 +56,7 @@ def refined_over_grid(
     shape = (len(speeds), len(gains))
     row, column = (index.ravel() for index in np.indices(shape))
     result = _Refinement(process, method).run(speeds, row, gains[column], progress)
-    return Dominant(*(part.reshape(shape) for part in result[:4]), dense_points=result.dense_points)
+    return Dominant(*(part.reshape(shape) for part in result))
 
 
 def refined_at_points(
@@ -81,14 +81,14 @@ class _Refinement:
         multiplier = np.full(len(row), np.nan, dtype=np.complex128)
         frequency, error = np.full(len(row), np.nan), np.full(len(row), np.nan)
         nodes = np.zeros(len(row), dtype=int)
+        densely = np.zeros(len(row), dtype=bool)
         if not len(row):
-            return Dominant(multiplier, frequency, error, nodes, 0)
+            return Dominant(multiplier, frequency, error, nodes, densely)
         order = np.argsort(row, kind="stable")
         first = _shares(len(speeds))
         edges = np.searchsorted(row[order], first)
         self.sizes, start, last = self._plan(speeds, len(row))
         self.in_flight = samples_in_flight(self.process.system(np.min(speeds), 0.0))
-        dense_points = 0
 
         def work(number: int) -> tuple[np.ndarray, _Slab]:
             mine = order[edges[number] : edges[number + 1]]
@@ -107,9 +107,9 @@ class _Refinement:
             for mine, slab in pool.map(carried(work), range(len(edges) - 1)):
                 multiplier[mine], frequency[mine], error[mine] = slab.multiplier, slab.frequency, slab.whole_error
                 nodes[mine] = np.asarray(self.sizes)[slab.size]
-                dense_points += slab.dense_points
+                densely[mine] = slab.densely
                 bar.update(len(mine))
-        return Dominant(multiplier, frequency, error, nodes, dense_points)
+        return Dominant(multiplier, frequency, error, nodes, densely)
 
     def _rehearsals(self, start: np.ndarray, speed: float, gain: float) -> list[Callable[[], object]]:
         """Calls that compile, side by side, what many points need: the sizes begun with, or the one and the next."""
@@ -177,7 +177,7 @@ class _Slab:
         self.multiplier = np.full(len(row), np.nan, dtype=np.complex128)
         self.frequency, self.error, self.rounding, self.defect = (np.full(len(row), np.nan) for _ in range(4))
         self.size = np.zeros(len(row), dtype=int)
-        self.dense_points = 0
+        self.densely = np.zeros(len(row), dtype=bool)
 
     def run(self, start: np.ndarray, last: np.ndarray) -> None:
         """Compute every point with the size that ``start`` gives it, and with the next, up to ``last``, while it is too
@@ -215,7 +215,7 @@ class _Slab:
             self.whole.in_flight,
         )
         for effort in _EFFORTS_AFTER_LONG if mesh.pieces >= _LONG * mesh.history else _EFFORTS:
-            self.dense_points += (effort == 0) * len(points)
+            self.densely[points] = effort == 0
             self.evaluate(prepared, points, method, effort)
             settled = (self.defect[points] < _SETTLED) & (self.rounding[points] < self.whole.method.tolerance)
             points = points[~settled]

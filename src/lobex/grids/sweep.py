@@ -16,7 +16,7 @@ from lobex.grids.resolution import oddities
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_gain, check_process, check_speed
 from lobex.processes.quantity import quantity_of
-from lobex.results.chart import Chart
+from lobex.results.chart import Chart, PointStatus
 from lobex.results.description import describe
 
 Array = Any
@@ -57,16 +57,18 @@ def sweep(
         chosen = chosen_method(method, process, float(speeds[0]))
         for message in oddities(process, chosen, float(speeds[0]), float(gains[-1])):
             warnings.warn(message, SweepWarning, stacklevel=3)
-        multiplier, frequency, error, _, repeated = dominant_over_grid(process, speeds, gains, chosen, progress)
-    failed = int(np.sum(~np.isfinite(multiplier)))
-    if failed:
+        found = dominant_over_grid(process, speeds, gains, chosen, progress)
+    multiplier, tolerance = found.multiplier, tolerance_of(chosen)
+    status = np.where(found.again, PointStatus.SETTLED_AGAIN, PointStatus.GOOD).astype(np.int8)
+    status[found.error > tolerance] = PointStatus.ABOVE_TOLERANCE
+    status[~np.isfinite(multiplier)] = PointStatus.FAILED
+    if failed := int(np.sum(status == PointStatus.FAILED)):
         warnings.warn(
             f"{failed} of {multiplier.size} points failed and are NaN; check the model at those speeds and gains",
             SweepWarning,
             stacklevel=3,
         )
-    tolerance = tolerance_of(chosen)
-    if coarse := int(np.sum(error > tolerance)):
+    if coarse := int(np.sum(status == PointStatus.ABOVE_TOLERANCE)):
         warnings.warn(
             f"{coarse} of {multiplier.size} points have an estimated error above the tolerance {tolerance:g}; "
             "their error is in the chart",
@@ -78,14 +80,13 @@ def sweep(
         gain=gains,
         spectral_radius=np.abs(multiplier),
         multiplier=multiplier,
-        chatter_frequency=frequency,
-        error=error,
+        chatter_frequency=found.frequency,
+        error=found.error,
+        status_code=status,
         quantity=quantity_of(process),
         speed_unit=process.speed_unit,
         process=describe(process),
         method=describe(chosen),
         seconds=spent.seconds,
         compiling=spent.compiling,
-        failed=failed,
-        repeated=repeated,
     )

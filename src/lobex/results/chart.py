@@ -2,10 +2,12 @@
 
 import os
 from dataclasses import dataclass
+from enum import IntEnum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lobex._by_name import by_name
 from lobex._warnings import warn
 from lobex.processes.quantity import Quantity
 from lobex.results.description import in_words, wall_time
@@ -21,6 +23,20 @@ if TYPE_CHECKING:
 _FINER = 65
 
 
+class PointStatus(IntEnum):
+    """What became of a point; of several the worst."""
+
+    GOOD = 0
+    SETTLED_AGAIN = 1
+    ABOVE_TOLERANCE = 2
+    FAILED = 3
+
+    @property
+    def words(self) -> str:
+        """Such as "above tolerance"."""
+        return self.name.lower().replace("_", " ")
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Chart:
     """A stability lobe diagram: the dominant Floquet multiplier over a (speed, gain) grid.
@@ -33,13 +49,12 @@ class Chart:
         chatter_frequency: frequency that carries most of the motion, Hz, (n, m).
         error: estimated relative error of max|μ| by discretisation and rounding, (n, m): infinite where a larger
             one may have been missed, and NaN where the method gives no estimate.
+        status_code: members of ``PointStatus``, (n, m).
         quantity: what the gain is.
         speed_unit: "Hz", "rpm", or "1" of a process without units, for axes.
         process, method: the model and the method, as plain dictionaries.
         seconds: wall time of the sweep, compiling included.
         compiling: the part of it in which JAX traced and compiled programs; 0 where they were there already.
-        failed: number of points that are NaN.
-        repeated: number of points left to the dense eigensolver, or by characteristic roots to an operator.
     """
 
     speed: np.ndarray
@@ -48,14 +63,25 @@ class Chart:
     multiplier: np.ndarray
     chatter_frequency: np.ndarray
     error: np.ndarray
+    status_code: np.ndarray
     quantity: Quantity
     speed_unit: str
     process: dict[str, Any]
     method: dict[str, Any]
     seconds: float
     compiling: float
-    failed: int
-    repeated: int
+
+    @property
+    def status(self) -> np.ndarray:
+        """What became of each point, in words, (n, m): "good", "settled again" (left to the dense eigensolver, or by
+        characteristic roots to an operator), "above tolerance" (its error may be more than asked for), or "failed" (it
+        is NaN)."""
+        return np.array([code.words for code in PointStatus])[self.status_code]
+
+    @property
+    def failed(self) -> int:
+        """Number of points that are NaN."""
+        return int(np.sum(self.status_code == PointStatus.FAILED))
 
     def __repr__(self) -> str:
         radius = self.spectral_radius[np.isfinite(self.spectral_radius)]
@@ -69,8 +95,11 @@ class Chart:
             f"  method           {in_words(self.method)}",
             f"  wall time        {wall_time(self, self.spectral_radius.size, 'point')}",
             *([f"  estimated error  at most {np.nanmax(self.error):.1e}"] if np.any(self.error > 0) else []),
-            f"  settled again    {self.repeated} points",
-            f"  failed           {self.failed} points",
+            *(
+                f"  {code.words:<16} {np.sum(self.status_code == code)} points"
+                for code in PointStatus
+                if code is not PointStatus.GOOD
+            ),
         ]
         return "\n".join(lines)
 
@@ -120,9 +149,7 @@ class Chart:
             speed_unit: "Hz" or "rpm", by default what the process is usually drawn in.
             boundary: ``lobex.boundary(chart)``, to draw its curves in place of the map's own line.
         """
-        from lobex.plots.chart import plot_chart
-
-        return plot_chart(self, ax, speed_unit, boundary)
+        return by_name("plots.chart.plot_chart")(self, ax, speed_unit, boundary)
 
     def to_xarray(self) -> "xarray.Dataset":
         """The chart as a labelled dataset, with units and the model in its attributes."""

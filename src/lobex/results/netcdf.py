@@ -1,7 +1,6 @@
 """Results as NetCDF-4 files, which Python, MATLAB and Julia open, and back."""
 
 import json
-import os
 from collections.abc import Callable
 from enum import IntEnum
 from typing import Any
@@ -9,11 +8,10 @@ from typing import Any
 import numpy as np
 import xarray
 
-from lobex import _checks
 from lobex.processes.quantity import hertz
 from lobex.results.boundary import FORM as BOUNDARY
 from lobex.results.boundary import Boundary, read_boundary
-from lobex.results.chart import Chart
+from lobex.results.chart import Chart, PointStatus
 from lobex.results.cut import Cut
 from lobex.results.limit import Kind, Limit, Status
 from lobex.results.march import March
@@ -22,15 +20,12 @@ from lobex.results.sensitivities import FORM as SENSITIVITIES
 from lobex.results.sensitivities import Sensitivities, read_sensitivities
 from lobex.results.spectrum_map import SpectrumMap
 from lobex.results.stored import Stored
-from lobex.results.study import FORM as STUDY
-from lobex.results.study import Study
 from lobex.results.wear_file import SPECTRUM, WEAR_MAP, read_spectrum, read_wear_map
 from lobex.results.wear_map import WearMap
-from lobex.studies.export import study_from
 
-Result = Chart | Limit | Sensitivities | Boundary | WearMap | SpectrumMap | March | Cut | Study
+Result = Chart | Limit | Sensitivities | Boundary | WearMap | SpectrumMap | March | Cut
 
-_CHART = "lobex chart 3"
+_CHART = "lobex chart 4"
 _LIMIT = "lobex limit 2"
 
 
@@ -43,12 +38,13 @@ def chart_to_dataset(chart: Chart) -> xarray.Dataset:
             "multiplier": (axes, chart.multiplier, {"long_name": "dominant Floquet multiplier μ", "units": "1"}),
             "chatter_frequency": (axes, chart.chatter_frequency, _in_hertz(chart, "chatter frequency")),
             "error": (axes, chart.error, {"long_name": "estimated relative error of max|μ|", "units": "1"}),
+            "status": (axes, chart.status_code, _flags("what became of the point", PointStatus)),
         },
         coords={
             "speed": ("speed", chart.speed, _in_hertz(chart, "rotational frequency")),
             "gain": ("gain", chart.gain, {"long_name": chart.quantity.name, "units": chart.quantity.unit}),
         },
-        attrs={**_attributes(chart, _CHART), "failed": chart.failed, "repeated": chart.repeated},
+        attrs=_attributes(chart, _CHART),
     )
 
 
@@ -95,24 +91,6 @@ def _flags(name: str, codes: type[IntEnum]) -> dict[str, Any]:
     return {"long_name": name, "flag_values": np.array(list(codes), dtype=np.int8), "flag_meanings": meanings}
 
 
-def load(path: str | os.PathLike[str]) -> Result:
-    """Read what the ``save`` of a result wrote to a .nc file.
-
-    Raises:
-        ValueError: for any other file, or none, and for a field that is missing or not what a result has there.
-    """
-    source = _checks.place("path", path)
-    if not source.is_file():
-        raise ValueError(f"path = {str(path)!r} is not a file; give the .nc file that a result was saved to")
-    try:
-        with xarray.open_dataset(source, engine="h5netcdf") as stored:
-            dataset = stored.load()
-    except (OSError, ValueError, KeyError, RuntimeError) as error:
-        why = str(error).partition("\n")[0]
-        raise ValueError(f"path = {str(path)!r} is no readable NetCDF-4 file ({why})") from error
-    return result_of(dataset, f"path = {str(path)!r}")
-
-
 def result_of(dataset: xarray.Dataset, source: str) -> Result:
     """The result that a file's dataset stands for; ``source`` says in messages where it is from."""
     readers: dict[str, Callable[[Stored], Result]] = {
@@ -126,12 +104,10 @@ def result_of(dataset: xarray.Dataset, source: str) -> Result:
         CUT: read_cut,
     }
     form = dataset.attrs.get("format")
-    if form == STUDY:
-        return study_from(dataset, source)
     if not isinstance(form, str) or not form.startswith("lobex "):
         raise ValueError(f"{source} is not a lobex result; give a file that a result's save wrote")
     if form not in readers:
-        known = ", ".join(map(repr, (*readers, STUDY)))
+        known = ", ".join(map(repr, readers))
         raise ValueError(f"{source} has format {form!r}, and this version of lobex reads {known}; compute it again")
     return readers[form](Stored(dataset, source))
 
@@ -156,8 +132,7 @@ def _read_chart(stored: Stored) -> Chart:
         multiplier=stored.complex("multiplier", *axes),
         chatter_frequency=stored.array("chatter_frequency", *axes),
         error=stored.array("error", *axes),
-        failed=stored.count("failed"),
-        repeated=stored.count("repeated"),
+        status_code=stored.flags("status", PointStatus, *axes),
         **_common(stored),
     )
 
