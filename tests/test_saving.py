@@ -10,8 +10,8 @@ from scipy.io import loadmat
 
 import lobex
 from cases import assert_same_fields
+from lobex.files import made_of
 from lobex.results.matlab import legal
-from lobex.results.netcdf import result_of
 from lobex.results.stored import Stored
 from small_results import RESULTS
 
@@ -35,7 +35,7 @@ def refusal(source):
     """The one line in which a file, or what was read from one, is refused."""
     path = "r.nc" if isinstance(source, xarray.Dataset) else source
     with pytest.raises(ValueError) as error:
-        lobex.load(path) if path is source else result_of(source, "path = 'r.nc'")
+        lobex.load(path) if path is source else made_of(source, "path = 'r.nc'")
     text = str(error.value)
     assert text.startswith(f"path = {str(path)!r}")
     assert "\n" not in text
@@ -118,7 +118,8 @@ def test_cut_off_json_is_told(name, saved):
     [
         ("chart", lambda d: d.assign_coords(speed=[60.0, 50.0, 70.0]), "variable 'speed' that does not increase"),
         ("chart", lambda d: d.assign_coords(gain=[1.0, np.nan]), "variable 'gain' with NaN"),
-        ("chart", lambda d: d.assign_attrs(failed=-1), "attribute 'failed' = -1"),
+        ("chart", lambda d: d.assign(status=d["status"] + 4), "variable 'status' with values other than 0, 1, 2, 3"),
+        ("wear map", lambda d: d.assign_attrs(failed=-1), "attribute 'failed' = -1"),
         ("chart", lambda d: d.assign_attrs(speed_unit="rad/s"), "attribute 'speed_unit' = 'rad/s'"),
         ("chart", lambda d: d.assign_attrs(process='{"modes": 3}'), "attribute 'process' that describes no model"),
         ("limit", lambda d: d.assign(kind=("speed", np.array([1, 0, 7], np.int8))), "variable 'kind' with values"),

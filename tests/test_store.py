@@ -16,12 +16,12 @@ import numpy as np
 import pytest
 
 import lobex
-from lobex.results.study import Study
 from lobex.studies import charts
 from lobex.studies import store as stores
 from lobex.studies.manifest import decode, encode
 from lobex.studies.slabs import checksum, from_bytes, to_bytes
 from lobex.studies.store import Damage, Store
+from lobex.studies.study import Study
 
 METHOD = lobex.Chebyshev(16)
 SPEED, GAIN = np.linspace(300, 700, 5), np.linspace(0, 4e6, 4)

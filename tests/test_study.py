@@ -13,10 +13,10 @@ from hypothesis import strategies as st
 import lobex
 from cases import assert_same_fields
 from lobex import _memory as memory
-from lobex.results.study import Study
 from lobex.studies import charts, plan, store
 from lobex.studies.plan import Plan, order_of_share, place_of_next, plan_of
 from lobex.studies.processes import parse_share, share_of
+from lobex.studies.study import Study
 
 METHOD = lobex.Chebyshev(16)
 SPEED, GAIN = np.linspace(300, 700, 9), np.linspace(0, 4e6, 6)
@@ -60,7 +60,7 @@ def test_arrays_are_labelled(study):
     nearest = multiplier.sel({"modes.damping_ratio": 0.02, "modes.shape[0,0]": -30.0, "speed": 500.0, "gain": 8e5})
     assert complex(nearest) == study.chart((1, 1)).multiplier[4, 1]
     assert study["gain"].attrs["units"] == "N/m"
-    assert set(study.names) == {"spectral_radius", "multiplier", "chatter_frequency", "error"}
+    assert set(study.names) == {"spectral_radius", "multiplier", "chatter_frequency", "error", "status"}
     for part in ("Study by sweep", "3 modes.damping_ratio", "9 speed", "6 gain", "0.01 to 0.05"):
         assert part in repr(study)
 
@@ -166,7 +166,7 @@ def test_blocks_of_speeds_give_what_the_whole_gives(tmp_path, monkeypatch):
     assert chart.multiplier == pytest.approx(whole.multiplier, rel=1e-12)
     assert chart.speed.tolist() == SPEED.tolist()
     assert chart.seconds > 0
-    assert (chart.failed, chart.repeated) == (whole.failed, whole.repeated)
+    np.testing.assert_array_equal(chart.status, whole.status)
     study = lobex.sweep(RUB, SPEED, GAIN, METHOD, over={"modes.damping_ratio": RATIOS})
     assert study.blocks.plan.chunks == 9
     middle = study["multiplier"].isel({"speed": [7, 0, 4], "gain": slice(1, 4)})

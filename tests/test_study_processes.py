@@ -17,8 +17,8 @@ import pytest
 
 import lobex
 from commands import run
-from lobex.results.study import Study
 from lobex.studies.processes import Children
+from lobex.studies.study import Study
 
 COUNT = 20
 # More than there are: two processes may write the same chunk.

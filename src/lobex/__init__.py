@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from lobex.characteristic.method import CharacteristicRoots
     from lobex.contact.casing import Casing
     from lobex.contact.laws import Cubic, Linear, Plastic, Power, Threshold
+    from lobex.files import load
     from lobex.grids.choice import Auto
     from lobex.limits.adaptive import limit_curve
     from lobex.limits.boundary import boundary
@@ -36,15 +37,14 @@ if TYPE_CHECKING:
     from lobex.results.cut import Cut
     from lobex.results.limit import Limit
     from lobex.results.march import March
-    from lobex.results.netcdf import load
     from lobex.results.sensitivities import Sensitivities
     from lobex.results.spectrum_map import SpectrumMap, critical_speeds
-    from lobex.results.study import Study
     from lobex.results.wear_map import WearMap
     from lobex.structures.modes import Modes
     from lobex.structures.rod import Rod
     from lobex.studies.charts import sweep
     from lobex.studies.limits import critical_gain
+    from lobex.studies.study import Study
     from lobex.studies.wear import march_wear
     from lobex.systems.system import DelaySystem
     from lobex.verbs import monodromy, multipliers, spectral_radius
@@ -80,7 +80,7 @@ _HOME = {
     "SemiDiscretization": "operators.semi_discretization",
     "Sensitivities": "results.sensitivities",
     "SpectrumMap": "results.spectrum_map",
-    "Study": "results.study",
+    "Study": "studies.study",
     "SweepWarning": "_warnings",
     "Threshold": "contact.laws",
     "Turning": "processes.regenerative",
@@ -94,7 +94,7 @@ _HOME = {
     "exact_lobes": "limits.exact_limit",
     "growing_history": "marches.start",
     "limit_curve": "limits.adaptive",
-    "load": "results.netcdf",
+    "load": "files",
     "march_delay": "marches.delay",
     "march_wear": "studies.wear",
     "monodromy": "verbs",

@@ -1,27 +1,24 @@
 """The verbs at points: monodromy operator, multipliers and spectral radius of a process."""
 
-from collections.abc import Callable
 from functools import partial
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
-from jax.custom_derivatives import SymbolicZero
 
 from lobex import _checks
 from lobex._broadcast import over_points
 from lobex._float64 import at_once, in_float64, widened
 from lobex._timing import spare_programs
 from lobex._warnings import SweepWarning, warn
-from lobex.floquet.dense import all_multipliers, largest_modulus
 from lobex.grids.choice import AUTO, Auto, chosen_method, tolerance_of
+from lobex.grids.differentiated import matrix_of, radius, sorted_multipliers
 from lobex.grids.evaluation import dominant_at_points
 from lobex.grids.resolution import oddities
 from lobex.operators.duhamel import Duhamel
 from lobex.operators.operator import Method, check_method
 from lobex.processes.plausible import warn_of_implausible
-from lobex.processes.process import Process, check_gain, check_process, check_speed, differentiable
+from lobex.processes.process import Process, check_gain, check_process, check_speed
 
 Array = Any
 
@@ -125,64 +122,16 @@ def _operator(process: Process, speed: Any, gain: Any, method: Method | Auto) ->
     return GENERAL
 
 
-def _matrix(process: Process, method: Method, speed: Array, gain: Array) -> Array:
-    return method.operator(process.system(speed, gain)).matrix
-
-
-@jax.custom_jvp
-def radius(process: Process, method: Method, speed: Array, gain: Array) -> Array:
-    """max|μ| at one point, in pure JAX; differentiated in the form that the process has for it."""
-    return largest_modulus(_matrix(process, method, speed, gain))
-
-
-@jax.custom_jvp
-def _sorted_multipliers(process: Process, method: Method, speed: Array, gain: Array) -> Array:
-    return all_multipliers(_matrix(process, method, speed, gain))
-
-
-@partial(radius.defjvp, symbolic_zeros=True)
-def _(primals: tuple[Any, ...], tangents: tuple[Any, ...]) -> tuple[Array, Array]:
-    return _along(largest_modulus, primals, tangents)
-
-
-@partial(_sorted_multipliers.defjvp, symbolic_zeros=True)
-def _(primals: tuple[Any, ...], tangents: tuple[Any, ...]) -> tuple[Array, Array]:
-    values = _sorted_multipliers(*primals)
-    # The other form may have more rows, whose multipliers are zeros behind all others.
-    return values, _along(all_multipliers, primals, tangents)[1][: len(values)]
-
-
-def _along(
-    of_matrix: Callable[[Array], Array], primals: tuple[Any, ...], tangents: tuple[Any, ...]
-) -> tuple[Array, Array]:
-    """Value and derivative of a function of the operator, along those numbers alone that do vary."""
-    leaves, tree = jax.tree.flatten(primals)
-    changes = jax.tree.leaves(tangents)
-    varied = [i for i, change in enumerate(changes) if not isinstance(change, SymbolicZero)]
-
-    def value(*numbers: Array) -> Array:
-        every = dict(enumerate(leaves)) | dict(zip(varied, numbers, strict=True))
-        process, *others = jax.tree.unflatten(tree, every.values())
-        weights, forms = zip(*differentiable(process), strict=True)
-        if len(forms) == 1:
-            return of_matrix(_matrix(forms[0], *others))
-        side_by_side = jax.tree.map(lambda *parts: jnp.stack(parts), *forms)
-        values = jax.vmap(lambda form: of_matrix(_matrix(form, *others)))(side_by_side)
-        return jnp.tensordot(jnp.asarray(weights), values, axes=1)
-
-    return jax.jvp(value, [leaves[i] for i in varied], [changes[i] for i in varied])
-
-
 @in_float64
 @jax.jit
 def _monodromy(process: Process, speed: Array, gain: Array, method: Method) -> Array:
-    return over_points(partial(_matrix, process, method), speed, gain)
+    return over_points(partial(matrix_of, process, method), speed, gain)
 
 
 @in_float64
 @jax.jit
 def _multipliers(process: Process, speed: Array, gain: Array, method: Method) -> Array:
-    return over_points(partial(_sorted_multipliers, process, method), speed, gain)
+    return over_points(partial(sorted_multipliers, process, method), speed, gain)
 
 
 @in_float64

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lobex import _checks
+from lobex._by_name import by_name
 from lobex._float64 import in_float64
 from lobex._namespace import namespace
 from lobex._pytree import pytree
@@ -116,9 +117,7 @@ class Casing:
 
     def plot(self, ax: "Axes | None" = None, magnification: float | None = None) -> "Axes":
         """The profile in polar form, exaggerated by ``magnification`` (said in the picture); returns the axes."""
-        from lobex.plots.casing import plot_casing
-
-        return plot_casing(self, ax, magnification)
+        return by_name("plots.casing.plot_casing")(self, ax, magnification)
 
 
 def check_casing(casing: Any) -> None:

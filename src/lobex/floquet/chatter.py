@@ -5,9 +5,6 @@ from typing import Any
 
 import jax.numpy as jnp
 
-from lobex.floquet.power import as_pair
-from lobex.operators.operator import MonodromyOperator
-
 Array = Any
 
 
@@ -51,9 +48,3 @@ def _cosine_and_sine(angle: Array) -> tuple[Array, Array]:
     cosine = sum((-1) ** k / math.factorial(2 * k) * half ** (2 * k) for k in range(9))
     sine = half * sum((-1) ** k / math.factorial(2 * k + 1) * half ** (2 * k) for k in range(9))
     return cosine**2 - sine**2, 2 * sine * cosine
-
-
-def chatter_frequency(operator: MonodromyOperator, delay: Array, value: Array, vector: Array) -> Array:
-    """The carrier frequency of the motion that a multiplier and its state, both complex, stand for, Hz."""
-    motion = jnp.einsum("srn,np->srp", operator.motion, as_pair(vector))
-    return carrier_frequency(operator.phase, operator.weight, motion, delay, as_pair(value))

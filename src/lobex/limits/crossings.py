@@ -10,7 +10,7 @@ import numpy as np
 
 from lobex._batches import in_batches
 from lobex.floquet import dense, power
-from lobex.floquet.chatter import carrier_frequency, chatter_frequency
+from lobex.floquet.chatter import carrier_frequency
 from lobex.floquet.dense import Triple
 from lobex.floquet.power import Pair, as_pair
 from lobex.grids.evaluation import dominant_at_points
@@ -183,7 +183,7 @@ def _label(
         frequency = carrier_frequency(motion.phase, motion.weight, motion.output, system.period, as_pair(value))
         error = motion.error + motion.rounding
     else:
-        frequency = chatter_frequency(method.operator(system), system.period, value, triple.right)
+        frequency = method.operator(system).chatter_frequency(system.period, value, triple.right)
         error = jnp.full_like(gain, jnp.nan)
     real = jnp.abs(value.imag) <= _SAME * jnp.abs(value)
     kind = jnp.where(real, jnp.where(value.real < 0, Kind.FLIP, Kind.FOLD), Kind.HOPF)

@@ -9,9 +9,9 @@ import jax.numpy as jnp
 
 from lobex.floquet import dense, iteration, power
 from lobex.floquet.dense import Triple
+from lobex.grids.differentiated import radius
 from lobex.operators.operator import Method
 from lobex.processes.process import Process
-from lobex.verbs import radius
 
 Array = Any
 # The operator's matrix as a function of the gain.

@@ -7,6 +7,8 @@ import jax.numpy as jnp
 
 from lobex import _checks
 from lobex._pytree import check_pytree, pytree
+from lobex.floquet.chatter import carrier_frequency
+from lobex.floquet.power import as_pair
 from lobex.systems.system import DelaySystem, whole_state
 
 Array = Any
@@ -30,6 +32,11 @@ class MonodromyOperator:
     phase: Array
     weight: Array
     motion: Array
+
+    def chatter_frequency(self, period: Array, value: Array, vector: Array) -> Array:
+        """The carrier frequency of the motion that a multiplier and its state, both complex, stand for, Hz."""
+        motion = jnp.einsum("srn,np->srp", self.motion, as_pair(vector))
+        return carrier_frequency(self.phase, self.weight, motion, period, as_pair(value))
 
 
 def in_form(build: Callable[[DelaySystem], MonodromyOperator], system: DelaySystem, full: bool) -> MonodromyOperator:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, overload
 import numpy as np
 
 from lobex import _checks
+from lobex._by_name import by_name
 from lobex.results.limit import Limit
 
 if TYPE_CHECKING:
@@ -91,7 +92,5 @@ class Band:
 
         ``ax``, ``axes``, ``speed_unit`` and ``label`` as ``Limit.plot`` takes them.
         """
-        from lobex.plots.limit import plot_limit
-
         band = (*self.interval(deviations), f"± {deviations:g} standard deviations")
-        return plot_limit(self.limit, ax, axes, speed_unit, label, band)
+        return by_name("plots.limit.plot_limit")(self.limit, ax, axes, speed_unit, label, band)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lobex._by_name import by_name
 from lobex.processes.quantity import Quantity, hertz
 from lobex.results.description import in_words, wall_time
 from lobex.results.limit import Kind
@@ -109,9 +110,7 @@ class Boundary:
 
     def plot(self, ax: "Axes | None" = None, speed_unit: str | None = None) -> "Axes":
         """The curves, their kinds by colour and dash, with ticks on the unstable side; returns the axes."""
-        from lobex.plots.boundary import plot_boundary
-
-        return plot_boundary(self, ax, speed_unit)
+        return by_name("plots.boundary.plot_boundary")(self, ax, speed_unit)
 
     def to_xarray(self) -> "xarray.Dataset":
         """All vertices, one curve after the other, with the number of each one's curve: a labelled dataset."""

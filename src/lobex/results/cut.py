@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lobex._by_name import by_name
 from lobex.results.description import in_words, wall_time
 from lobex.results.march import span
 
@@ -88,9 +89,7 @@ class Cut:
 
         ``what`` is "displacement", "chip_thickness" or "force".
         """
-        from lobex.plots.cut import plot_cut
-
-        return plot_cut(self, ax, what)
+        return by_name("plots.cut.plot_cut")(self, ax, what)
 
     def to_xarray(self) -> "xarray.Dataset":
         """The cut as a labelled dataset, the lanes as one dimension, with units and the model in its attributes."""

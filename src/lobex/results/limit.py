@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
+from lobex._by_name import by_name
 from lobex.processes.quantity import Quantity, hertz
 from lobex.results.description import in_words, wall_time
 from lobex.results.units import shown_gain, shown_range, shown_speed
@@ -154,9 +155,7 @@ class Limit:
             ValueError: for unknown names, negative standard deviations, and a limit that does not tell its process
                 (found under ``jit`` or ``grad``, or of a class that is not lobex's own).
         """
-        from lobex.limits.sensitivity import sensitivities_of
-
-        return sensitivities_of(self).band(relative_standard_deviation)
+        return by_name("limits.sensitivity.sensitivities_of")(self).band(relative_standard_deviation)
 
     @overload
     def plot(self, ax: "Axes", speed_unit: str | None = None, *, label: str | None = None) -> "Axes": ...
@@ -186,9 +185,7 @@ class Limit:
         Raises:
             ValueError: for both of ``ax`` and ``axes``, and a ``label`` without ``ax``.
         """
-        from lobex.plots.limit import plot_limit
-
-        return plot_limit(self, ax, axes, speed_unit, label)
+        return by_name("plots.limit.plot_limit")(self, ax, axes, speed_unit, label)
 
     def to_xarray(self) -> "xarray.Dataset":
         """The limit as a labelled dataset, with units and the model in its attributes."""

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lobex._by_name import by_name
 from lobex.processes.quantity import Quantity, hertz
 from lobex.results.description import wall_time
 
@@ -79,9 +80,7 @@ class March:
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
         """The displacement over revolutions or tooth passes, lane by lane as in Fig. 4.13; returns the axes."""
-        from lobex.plots.march import plot_march
-
-        return plot_march(self, ax)
+        return by_name("plots.march.plot_march")(self, ax)
 
     def to_xarray(self) -> "xarray.Dataset":
         """The march as a labelled dataset, the lanes as one dimension, with units and the model in its attributes."""

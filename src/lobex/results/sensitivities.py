@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lobex._by_name import by_name
 from lobex.results.limit import Limit
 from lobex.results.stored import Stored
 from lobex.results.units import shown_gain, shown_speed
@@ -55,7 +56,7 @@ class Sensitivities:
 
     def band(self, relative_standard_deviation: Mapping[str, float]) -> "Band":
         """The first-order uncertainty of the limit for uncertain numbers; see ``Limit.band``."""
-        from lobex.limits.band import band
+        from lobex.results.propagation import band
 
         return band(self, relative_standard_deviation)
 
@@ -91,9 +92,7 @@ class Sensitivities:
 
     def plot(self, ax: "Axes | None" = None, speed_unit: str | None = None) -> "Axes":
         """The largest sensitivities over speed, or as bars for a single speed; returns the axes."""
-        from lobex.plots.sensitivities import plot_sensitivities
-
-        return plot_sensitivities(self, ax, speed_unit)
+        return by_name("plots.sensitivities.plot_sensitivities")(self, ax, speed_unit)
 
     def to_xarray(self) -> "xarray.Dataset":
         """The table over the coordinates speed and parameter, with the limit's own variables beside it."""

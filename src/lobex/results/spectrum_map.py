@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lobex import _checks
+from lobex._by_name import by_name
 from lobex.structures.modes import Modes, check_modes
 
 if TYPE_CHECKING:
@@ -67,9 +68,7 @@ class SpectrumMap:
 
         ``highest`` is the highest frequency drawn, Hz; ``orders`` the number of engine orders drawn. Returns the axes.
         """
-        from lobex.plots.spectrum import plot_spectrum
-
-        return plot_spectrum(self, ax, highest, orders)
+        return by_name("plots.spectrum.plot_spectrum")(self, ax, highest, orders)
 
     def to_xarray(self) -> "xarray.Dataset":
         """The map as a labelled dataset over speed and engine order."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lobex import _checks
+from lobex._by_name import by_name
 from lobex.results.description import in_words, wall_time
 
 if TYPE_CHECKING:
@@ -166,24 +167,18 @@ class WearMap:
 
     def plot(self, ax: "Axes | None" = None, speed_along: str = "x") -> "Axes":
         """The depth removed over speed and casing position, Fig. 1.3, speed along "x" or "y"; returns the axes."""
-        from lobex.plots.wear import plot_wear
-
-        return plot_wear(self, ax, speed_along)
+        return by_name("plots.wear.plot_wear")(self, ax, speed_along)
 
     def plot_casing(self, speed: float, ax: "Axes | None" = None, magnification: float | None = None) -> "Axes":
         """The worn casing at the lane nearest to ``speed`` (Hz), in polar form and exaggerated; returns the axes."""
-        from lobex.plots.casing import plot_worn_casing
-
-        return plot_worn_casing(self, self.nearest(speed), ax, magnification)
+        return by_name("plots.casing.plot_worn_casing")(self, self.nearest(speed), ax, magnification)
 
     def plot_history(self, axes: "Sequence[Axes] | None" = None) -> "Figure":
         """Amplitude and wear of every revolution over its speed (a ramp) or over the revolutions; returns the figure.
 
         ``axes`` are two axes to draw into, for amplitude and for wear.
         """
-        from lobex.plots.wear import plot_history
-
-        return plot_history(self, axes)
+        return by_name("plots.wear.plot_history")(self, axes)
 
     def to_xarray(self) -> "xarray.Dataset":
         """The map as a labelled dataset, with units and the model in its attributes."""

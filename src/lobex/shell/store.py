@@ -57,7 +57,7 @@ def _verify(store: "stores.Store") -> bool:
 
 
 def _export(action: Export) -> None:
-    from lobex.results.study import Study
+    from lobex.studies.study import Study
 
     folder = Path(action.folder).resolve()
     target = _checks.writable("out", action.out if action.out is not None else f"{folder}.nc")

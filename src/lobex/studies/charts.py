@@ -18,7 +18,7 @@ from lobex.studies.axes import Variation, axes_of
 from lobex.studies.task import COPIES, Numbers, Over, Path, Share, Task
 
 if TYPE_CHECKING:
-    from lobex.results.study import Study
+    from lobex.studies.study import Study
 
 # Points of a chunk: about a second's work on two cores, and slabs enough for every core.
 _BY_ROOTS, _BY_DUHAMEL, _BY_OPERATORS = 2**18, 2**17, 2**14

@@ -18,7 +18,7 @@ from lobex.studies.axes import Variation, axes_of
 from lobex.studies.task import COPIES, Numbers, Over, Path, Share, Task
 
 if TYPE_CHECKING:
-    from lobex.results.study import Study
+    from lobex.studies.study import Study
 
 # Speeds of a chunk, some seconds' work, and what is kept of each.
 _BY_ROOTS, _BY_OPERATORS, _BYTES = 4096, 128, 200

@@ -13,7 +13,6 @@ from lobex._memory import check_memory
 from lobex._timing import timed
 from lobex._warnings import SweepWarning, warn
 from lobex.results.saving import in_parts
-from lobex.results.study import Study
 from lobex.studies.axes import in_words, numbers_at
 from lobex.studies.blocks import InMemory, InStore
 from lobex.studies.interruption import Interruption, postponed
@@ -22,6 +21,7 @@ from lobex.studies.plan import Plan, order_of_share, place_of_next, plan_of
 from lobex.studies.processes import share_of
 from lobex.studies.slabs import plain
 from lobex.studies.store import Store
+from lobex.studies.study import Study
 from lobex.studies.task import COPIES, Task
 from lobex.studies.warned import Collected
 

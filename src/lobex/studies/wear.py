@@ -18,7 +18,7 @@ from lobex.studies.axes import Variation, axes_of
 from lobex.studies.task import COPIES, Numbers, Over, Path, Share, Task
 
 if TYPE_CHECKING:
-    from lobex.results.study import Study
+    from lobex.studies.study import Study
 
 # Lanes of a chunk, and time steps of all of them together: some seconds on two cores.
 _LANES, _STEPS = 768, 2**26

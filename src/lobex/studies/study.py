@@ -25,7 +25,7 @@ FORM = "lobex study 1"
 RAGGED = "interval"
 """The axis of a limit's stable intervals: as long as a chunk needs."""
 
-_COUNTS = ("failed", "repeated")
+_COUNTS = ("failed",)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
