@@ -26,7 +26,7 @@ MOST_BYTES = 80_000
 
 def names() -> list[str]:
     """All notebooks beside this file, without their endings."""
-    return sorted(path.stem for path in FOLDER.glob("*.py") if path != Path(__file__).resolve())
+    return sorted(path.stem for path in FOLDER.glob("[0-9]_*.py"))
 
 
 def render(name: str) -> None:

@@ -1,11 +1,17 @@
 """Whether a method's samples can follow a grid of speeds, asked before any computing."""
 
+from typing import Any
+
+import jax
+import jax.numpy as jnp
 import numpy as np
 
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.operators.operator import Method
 from lobex.processes.process import Process
 from lobex.systems.system import DelaySystem
+
+Array = Any
 
 # Beyond, rounding of an angle is no longer small beside a turn.
 _MOST_RADIANS = 1e14
@@ -22,7 +28,9 @@ def oddities(process: Process, method: Method | CharacteristicRoots, slowest: fl
     blocks = np.asarray(system.blocks)
     if not np.isfinite(blocks).all():
         return []
-    radians = _fastest(system) * float(np.asarray(system.period))
+    phases = np.arange(1 if system.constant else _PHASES) / _PHASES
+    force = float(_largest_force(process, slowest, largest_gain, phases))
+    radians = _fastest(system, force) * float(np.asarray(system.period))
     if radians > _MOST_RADIANS:
         raise ValueError(
             f"speed = {slowest:.6g} Hz: up to gain = {largest_gain:.6g} the model moves through {radians:.3g} rad per "
@@ -40,12 +48,16 @@ def oddities(process: Process, method: Method | CharacteristicRoots, slowest: fl
     return []
 
 
-def _fastest(system: DelaySystem) -> float:
+def _fastest(system: DelaySystem, force: float) -> float:
     """What no rate of motion is far above, rad/s: the structure's fastest, stiffened by the largest force."""
     blocks, inputs, outputs = (np.asarray(part) for part in (system.blocks, system.inputs, system.outputs))
     seen = np.concatenate([outputs, np.asarray(system.recalled)], axis=1)
-    forces = system.at(np.arange(1 if system.constant else _PHASES) / _PHASES)
-    norms = [np.linalg.norm(np.asarray(part), axis=(1, 2)) for part in (forces.present, *forces.delayed)]
-    force = float(np.max(sum(norms)))
     at_once, by_inertia = (float(np.sum(np.abs(seen @ part))) for part in (inputs, blocks @ inputs))
     return float(np.max(np.abs(np.linalg.eigvals(blocks)))) + force * at_once + np.sqrt(force * by_inertia)
+
+
+@jax.jit
+def _largest_force(process: Process, speed: Array, gain: Array, phases: Array) -> Array:
+    """Per unit of output, now and remembered, at any of the phases."""
+    forces = process.system(speed, gain).at(phases)
+    return jnp.max(sum(jnp.linalg.norm(part, axis=(1, 2)) for part in (forces.present, *forces.delayed)))

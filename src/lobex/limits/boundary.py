@@ -9,7 +9,7 @@ import jax
 import numpy as np
 
 from lobex import _checks
-from lobex._batches import in_batches
+from lobex._batches import in_batches, together
 from lobex._float64 import at_once, widened
 from lobex._timing import timed
 from lobex.grids.choice import AUTO, AnyMethod, Auto, operator_of, tolerance_of
@@ -208,7 +208,7 @@ def _evaluation(process: Process, method: Method) -> Evaluation:
         new = [point for point in dict.fromkeys(points) if point not in known]
         if new:
             at = np.array(new)
-            results = in_batches(partial(_gradients, process, method), (at[:, 0], at[:, 1]), _BATCH)
+            results = in_batches(partial(_gradients, process, method, together(_BATCH)), (at[:, 0], at[:, 1]), _BATCH)
             known.update(zip(new, zip(*(r.tolist() for r in results), strict=True), strict=True))
         growth, by_speed, by_gain, residual = np.array([known[point] for point in points]).T
         return growth, by_speed, by_gain, residual < _USABLE_RESIDUAL
@@ -216,6 +216,13 @@ def _evaluation(process: Process, method: Method) -> Evaluation:
     return evaluate
 
 
-@jax.jit
-def _gradients(process: Process, method: Method, speed: Array, gain: Array) -> tuple[Array, Array, Array, Array]:
-    return jax.vmap(partial(growth_and_gradient, process, method))(speed, gain)
+@partial(jax.jit, static_argnames="several")
+def _gradients(
+    process: Process, method: Method, several: int, speed: Array, gain: Array
+) -> tuple[Array, Array, Array, Array]:
+    """At points (p,), ``several`` at a time."""
+
+    def at(point: tuple[Array, Array]) -> tuple[Array, Array, Array, Array]:
+        return growth_and_gradient(process, method, *point)
+
+    return jax.lax.map(at, (speed, gain), batch_size=several)
