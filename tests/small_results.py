@@ -7,8 +7,8 @@ import numpy as np
 import lobex
 from lobex.processes.quantity import CONTACT_STIFFNESS, DEPTH_OF_CUT
 from lobex.results.boundary import BoundaryCurve
+from lobex.results.codes import Kind, Status
 from lobex.results.description import describe
-from lobex.results.limit import Kind, Status
 from lobex.results.saving import in_parts
 from lobex.studies.blocks import InMemory
 from lobex.studies.plan import Plan

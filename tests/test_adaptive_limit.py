@@ -8,7 +8,8 @@ import pytest
 import lobex
 from lobex.limits.adaptive import limit_curve, merged
 from lobex.processes.quantity import DEPTH_OF_CUT
-from lobex.results.limit import Kind, Limit, Status
+from lobex.results.codes import Kind, Status
+from lobex.results.limit import Limit
 
 CUSP, LENS, END = 1.33, (2.01, 2.09), 3.7
 SPEED = np.linspace(1, 4, 21)

@@ -1,6 +1,5 @@
 """A compiled function over many points, in batches of one size, so that it is compiled once, on every core."""
 
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
@@ -8,7 +7,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from lobex._devices import on_device
+from lobex._devices import on_device, workers
 from lobex._timing import carried
 
 # Of points that are computed together on a core: these stay in its cache.
@@ -31,7 +30,7 @@ def in_batches(function: Callable[..., Any], arrays: tuple[np.ndarray, ...], siz
     # The first alone, so that nothing is compiled twice.
     parts = [work(0)]
     if total > size:
-        with ThreadPoolExecutor(os.cpu_count()) as pool:
+        with ThreadPoolExecutor(workers()) as pool:
             parts += pool.map(carried(work), range(1, -(-total // size)))
     return jax.tree.map(lambda *part: np.concatenate(part)[:total], *parts)
 
@@ -39,3 +38,8 @@ def in_batches(function: Callable[..., Any], arrays: tuple[np.ndarray, ...], siz
 def together(size: int) -> int:
     """How many of the points of a batch are best computed side by side: few on a core, all on a GPU."""
     return min(size, _TOGETHER) if jax.default_backend() == "cpu" else size
+
+
+def over_few(function: Callable[..., Any], several: int, *arrays: Any) -> Any:
+    """A traced ``function`` of single points along the arrays' first axis, ``several`` of them side by side."""
+    return jax.lax.map(lambda point: function(*point), arrays, batch_size=several)

@@ -1,5 +1,6 @@
 """Work on every local device: worker threads take them in turn."""
 
+import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -19,3 +20,8 @@ def on_device(number: int) -> Iterator[None]:
             return
         with jax.default_device(devices[number % len(devices)]):
             yield
+
+
+def workers() -> int:
+    """Threads that take parts: one for each core and each local device."""
+    return max(os.cpu_count() or 1, len(jax.local_devices()))

@@ -31,5 +31,6 @@ def load(path: str | os.PathLike[str]) -> Result | Study:
 
 def made_of(dataset: xarray.Dataset, source: str) -> Result | Study:
     """The result or the study that a file's dataset stands for; ``source`` says in messages where it is from."""
-    make = study_from if dataset.attrs.get("format") == STUDY else result_of
-    return make(dataset, source)
+    if dataset.attrs.get("format") == STUDY:
+        return study_from(dataset, source)
+    return result_of(dataset, source, STUDY)

@@ -8,9 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex.characteristic.chunks import in_chunks
-from lobex.characteristic.closed_loop import Loops, close
+from lobex.characteristic.closed_loop import Loops
 from lobex.characteristic.function import Contact, loop
-from lobex.characteristic.grid import Structure
+from lobex.characteristic.grid import Structure, open_loops
 from lobex.characteristic.lanes import in_batches, on_device, take
 from lobex.characteristic.method import contacts
 from lobex.characteristic.nyquist import Feedback, Places, places
@@ -94,30 +94,25 @@ def axis_crossings(process: Process, speeds: np.ndarray, lowest: float, highest:
 def _one_sign(structure: Structure, contact: Contact, most: float) -> tuple[Places, np.ndarray]:
     """The crossings at gains in (0, most], and whether those of a lane are all known, (b,)."""
     lanes = len(structure.delay)
-    row = np.zeros(lanes, dtype=int) if structure.same else np.arange(lanes)
-    drift, inputs, outputs = (part[row[: 1 if structure.same else None]] for part in structure[:3])
-    zero, one = np.zeros(len(drift)), np.ones(len(drift))
-    open_loops = take(close(drift, inputs, outputs, zero, one), row).at_delay(structure.delay)
+    alone = open_loops(structure)
 
     def look(index: np.ndarray) -> tuple[Places, np.ndarray]:
-        feedback = Feedback(contact.current[index], contact.delayed[index], take(open_loops, index))
+        feedback = Feedback(contact.current[index], contact.delayed[index], take(alone, index))
         found, decided = places(feedback, most)
         return found._replace(lane=index[found.lane]), decided
 
     found, decided = zip(*in_chunks(look, lanes, _SPEEDS), strict=True)
     found = Places(*map(np.concatenate, zip(*found, strict=True)))
     height, gain, moved, rate = in_batches(partial(_polish, on_device(contact.filled())), (found.lane, found.height))
-    still = _at_zero(contact, open_loops, most)
+    still = _at_zero(contact, alone, most)
     polished = Places(found.lane, height, gain, rate, moved)
     return Places(*map(np.concatenate, zip(polished, still, strict=True))), np.concatenate(decided)
 
 
-def _at_zero(contact: Contact, open_loops: Loops, most: float) -> Places:
+def _at_zero(contact: Contact, loops: Loops, most: float) -> Places:
     """The crossings at 0, where L = −(p + q) H(0) < 0, with the rate from its derivative along the real axis."""
-    terms = open_loops.constant / (open_loops.upper * open_loops.lower)
-    slopes = open_loops.first / (open_loops.upper * open_loops.lower) + terms * (
-        1 / open_loops.upper + 1 / open_loops.lower
-    )
+    terms = loops.constant / (loops.upper * loops.lower)
+    slopes = loops.first / (loops.upper * loops.lower) + terms * (1 / loops.upper + 1 / loops.lower)
     response, steepness = np.sum(terms, axis=0).real, np.sum(slopes, axis=0).real
     value = -(contact.current + contact.delayed) * response
     slope = contact.delayed * response - (contact.current + contact.delayed) * steepness

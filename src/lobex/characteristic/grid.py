@@ -67,11 +67,7 @@ def _by_strips(structure: Structure, contact: Contact, gains: Array) -> tuple[Ar
     """As ``rightmost_roots``, by strips of neighbouring gains."""
     shape = len(structure.delay), len(gains)
     root, error, proven = np.full(shape, np.nan + 0j), np.full(shape, np.nan), np.zeros(shape, dtype=bool)
-    same = np.zeros(shape[0], dtype=int) if structure.same else np.arange(shape[0])
-    one = same[: 1 if structure.same else None]
-    drift, inputs, outputs = (part[one] for part in structure[:3])
-    loops = take(close(drift, inputs, outputs, np.zeros(len(one)), np.ones(len(one))), same).at_delay(structure.delay)
-    opened = Open(structure.present, structure.delayed, loops)
+    opened = Open(structure.present, structure.delayed, open_loops(structure))
     closed = _closed_at(structure, gains)
 
     # Neighbours take as long as each other: each part gets some of all.
@@ -137,6 +133,14 @@ def _polished(contact: Contact, row: Array, gain: Array, root: Array, proven: Ar
     root, error = root.copy(), np.full(root.shape, np.nan)
     root[proven], error[proven] = polish(contact, row[proven], gain[proven], root[proven])
     return root, error, proven & np.isfinite(error)
+
+
+def open_loops(structure: Structure) -> Loops:
+    """H of every speed in sτ, as the loop that it makes alone."""
+    row = np.zeros(len(structure.delay), dtype=int) if structure.same else np.arange(len(structure.delay))
+    drift, inputs, outputs = (part[: 1 if structure.same else None] for part in structure[:3])
+    alone = close(drift, inputs, outputs, np.zeros(len(drift)), np.ones(len(drift)))
+    return take(alone, row).at_delay(structure.delay)
 
 
 def _closed_at(structure: Structure, gains: Array) -> Callable[[Array, Array], Loops]:

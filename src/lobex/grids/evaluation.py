@@ -1,6 +1,5 @@
 """The dominant multiplier at many points by any method: in chunks by matrix products, the rest by the dense solver."""
 
-import os
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from typing import Any
@@ -10,9 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 from tqdm import tqdm
 
-from lobex._batches import in_batches, together
+from lobex._batches import in_batches, over_few, together
 from lobex._broadcast import over_points
-from lobex._devices import on_device
+from lobex._devices import on_device, workers
 from lobex._timing import carried
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.floquet import dense, power
@@ -59,12 +58,12 @@ def dominant_over_grid(
         )
         row, column = (np.resize(index, size) for index, size in zip(part, chunk, strict=True))
         with on_device(number):
-            result = _dominant(process, speeds[row, None], gains[column], method, _EFFORTS[0])
+            result = _dominant(process, method, _EFFORTS[0], False, None, speeds[row, None], gains[column])
             return np.ix_(*part), [np.asarray(values)[: len(part[0]), : len(part[1])] for values in result]
 
     with (
         tqdm(total=multiplier.size, unit="pt", unit_scale=True, disable=not progress, leave=False) as bar,
-        ThreadPoolExecutor(max(os.cpu_count() or 1, len(jax.local_devices()))) as pool,
+        ThreadPoolExecutor(workers()) as pool,
     ):
         for part, results in pool.map(carried(work), range(len(starts))):
             for target, values in zip((multiplier, frequency, residual), results, strict=True):
@@ -119,7 +118,7 @@ def _at_points(
         if not len(doubtful):
             break
         densely[doubtful] = effort == 0
-        evaluate = partial(_at_batch, process, method, effort)
+        evaluate = partial(_dominant, process, method, effort, effort == 0, together(_BATCH))
         results = in_batches(evaluate, (speeds[doubtful], gains[doubtful]), _BATCH)
         multiplier[doubtful], frequency[doubtful], residual[doubtful] = results
         doubtful = np.flatnonzero(_untrusted(multiplier, residual))
@@ -139,21 +138,15 @@ def _chunk_shape(process: Process, method: Method, speed: float, gain: float) ->
     return points // columns, columns
 
 
-def _at_batch(
-    process: Process, method: Method, effort: int, speeds: np.ndarray, gains: np.ndarray
-) -> tuple[Array, Array, Array]:
-    return _dominant(process, speeds, gains, method, effort, effort == 0, together(len(speeds)))
-
-
 @partial(jax.jit, static_argnames=("densely", "several"))
 def _dominant(
     process: Process,
-    speed: Array,
-    gain: Array,
     method: Method,
     squarings: Array,
-    densely: bool = False,
-    several: int | None = None,
+    densely: bool,
+    several: int | None,
+    speed: Array,
+    gain: Array,
 ) -> tuple[Array, Array, Array]:
     """Dominant multipliers, chatter frequencies and residuals of a grid, or of ``several`` points at a time; by the
     dense solver if ``densely``.
@@ -172,4 +165,4 @@ def _dominant(
 
     if several is None:
         return over_points(point, speed, gain)
-    return jax.lax.map(lambda where: point(*where), (speed, gain), batch_size=several)
+    return over_few(point, several, speed, gain)

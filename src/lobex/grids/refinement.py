@@ -1,6 +1,5 @@
 """The dominant multiplier at many points, with as many nodes at each as its estimated error asks for."""
 
-import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -12,7 +11,8 @@ import jax.numpy as jnp
 import numpy as np
 from tqdm import tqdm
 
-from lobex._devices import on_device
+from lobex._batches import over_few
+from lobex._devices import on_device, workers
 from lobex._timing import carried
 from lobex.floquet import dense, power
 from lobex.floquet.chatter import carrier_frequency
@@ -100,7 +100,7 @@ class _Refinement:
 
         with (
             tqdm(total=len(row), unit="pt", unit_scale=True, disable=not progress, leave=False) as bar,
-            ThreadPoolExecutor(os.cpu_count()) as pool,
+            ThreadPoolExecutor(workers()) as pool,
         ):
             if len(row) >= MANY:
                 list(pool.map(carried(lambda call: call()), self._rehearsals(start, speeds[0], gain[0])))
@@ -300,4 +300,4 @@ def _dominant(
         frequency = carrier_frequency(motion.phase, motion.weight, motion.output, system.period, pair.value)
         return as_complex(pair.value), frequency, motion.error, motion.rounding, motion.defect
 
-    return jax.lax.map(lambda where: point(*where), (row, speed, gain), batch_size=together)
+    return over_few(point, together, row, speed, gain)

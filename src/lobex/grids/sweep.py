@@ -16,7 +16,8 @@ from lobex.grids.resolution import oddities
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_gain, check_process, check_speed
 from lobex.processes.quantity import quantity_of
-from lobex.results.chart import Chart, PointStatus
+from lobex.results.chart import Chart
+from lobex.results.codes import PointStatus
 from lobex.results.description import describe
 
 Array = Any

@@ -9,7 +9,8 @@ import numpy as np
 
 from lobex import _checks
 from lobex.grids.sweep import SweepWarning
-from lobex.results.limit import Limit, Status
+from lobex.results.codes import Status
+from lobex.results.limit import Limit
 
 Search = Callable[[np.ndarray], Limit]
 

@@ -5,7 +5,7 @@ import numpy as np
 from lobex.characteristic.axis import AxisCrossings, axis_crossings
 from lobex.limits.crossings import TIE, Crossings
 from lobex.processes.process import Process
-from lobex.results.limit import Kind
+from lobex.results.codes import Kind
 
 
 def changes_on_axis(

@@ -9,7 +9,7 @@ import jax
 import numpy as np
 
 from lobex import _checks
-from lobex._batches import in_batches, together
+from lobex._batches import in_batches, over_few, together
 from lobex._float64 import at_once, widened
 from lobex._timing import timed
 from lobex.grids.choice import AUTO, AnyMethod, Auto, operator_of, tolerance_of
@@ -24,7 +24,7 @@ from lobex.operators.operator import Method
 from lobex.processes.process import Process, check_process
 from lobex.results.boundary import Boundary, BoundaryCurve
 from lobex.results.chart import Chart
-from lobex.results.limit import Kind
+from lobex.results.codes import Kind
 from lobex.results.rebuild import rebuild
 
 Array = Any
@@ -221,8 +221,4 @@ def _gradients(
     process: Process, method: Method, several: int, speed: Array, gain: Array
 ) -> tuple[Array, Array, Array, Array]:
     """At points (p,), ``several`` at a time."""
-
-    def at(point: tuple[Array, Array]) -> tuple[Array, Array, Array, Array]:
-        return growth_and_gradient(process, method, *point)
-
-    return jax.lax.map(at, (speed, gain), batch_size=several)
+    return over_few(partial(growth_and_gradient, process, method), several, speed, gain)

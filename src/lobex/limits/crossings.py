@@ -21,7 +21,7 @@ from lobex.operators.elimination import inverse
 from lobex.operators.operator import Method
 from lobex.operators.response import samples_in_flight
 from lobex.processes.process import Process
-from lobex.results.limit import Kind
+from lobex.results.codes import Kind
 from lobex.systems.traits import traits_of
 
 Array = Any

@@ -19,8 +19,9 @@ from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_process, check_speed
 from lobex.processes.quantity import quantity_of
 from lobex.processes.regenerative import Rub, Turning
+from lobex.results.codes import Kind, Status
 from lobex.results.description import describe
-from lobex.results.limit import Kind, Limit, Status
+from lobex.results.limit import Limit
 from lobex.structures.modes import Modes
 
 Array = Any

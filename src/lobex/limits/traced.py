@@ -17,8 +17,9 @@ from lobex.limits.growth import SQUARINGS, find_crossing, growth
 from lobex.operators.operator import Method
 from lobex.processes.process import Process
 from lobex.processes.regenerative import Rub, Turning
+from lobex.results.codes import Kind, Status
 from lobex.results.description import describe
-from lobex.results.limit import Kind, Limit, Status
+from lobex.results.limit import Limit
 
 Array = Any
 # Gain, chatter frequency, kind and status of every speed.

@@ -7,7 +7,7 @@ from matplotlib.patheffects import TickedStroke
 
 from lobex.plots.axes import gain_label, legend_above, one_of, speed_axis
 from lobex.plots.limit import COLOUR, NAME
-from lobex.results.limit import Kind
+from lobex.results.codes import Kind
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,7 +7,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from lobex.plots.axes import frequency_label, gain_label, legend_above, one_of, several_of, speed_axis
-from lobex.results.limit import Kind
+from lobex.results.codes import Kind
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -10,8 +10,8 @@ import numpy as np
 
 from lobex._by_name import by_name
 from lobex.processes.quantity import Quantity, hertz
+from lobex.results.codes import Kind, flags
 from lobex.results.description import in_words, wall_time
-from lobex.results.limit import Kind
 from lobex.results.stored import Stored
 
 if TYPE_CHECKING:
@@ -118,8 +118,6 @@ class Boundary:
 
         unit = self.quantity.unit
         number = [np.full(len(c.speed), i, dtype=np.int32) for i, c in enumerate(self)]
-        meanings = " ".join(kind.name.lower() for kind in Kind)
-        kinds = {"flag_values": np.array(list(Kind), dtype=np.int8), "flag_meanings": meanings}
         vertex: dict[str, tuple[list[np.ndarray], type, dict[str, Any]]] = {
             "speed": ([c.speed for c in self], float, {"long_name": "rotational frequency", "units": "Hz"}),
             "gain": ([c.gain for c in self], float, {"long_name": self.quantity.name, "units": unit}),
@@ -131,7 +129,7 @@ class Boundary:
             "kind": (
                 [c.kind_code for c in self],
                 np.int8,
-                {"long_name": "how the dominant multiplier leaves the unit circle", **kinds},
+                flags("how the dominant multiplier leaves the unit circle", Kind),
             ),
             "curve": (number, np.int32, {"long_name": "number of the curve"}),
         }

@@ -2,7 +2,6 @@
 
 import os
 from dataclasses import dataclass
-from enum import IntEnum
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from lobex._by_name import by_name
 from lobex._warnings import warn
 from lobex.processes.quantity import Quantity
+from lobex.results.codes import PointStatus
 from lobex.results.description import in_words, wall_time
 from lobex.results.units import shown_gain, shown_range, shown_speed
 
@@ -21,20 +21,6 @@ if TYPE_CHECKING:
 
 # Gains, at least, of the finer grid that is asked for.
 _FINER = 65
-
-
-class PointStatus(IntEnum):
-    """What became of a point; of several the worst."""
-
-    GOOD = 0
-    SETTLED_AGAIN = 1
-    ABOVE_TOLERANCE = 2
-    FAILED = 3
-
-    @property
-    def words(self) -> str:
-        """Such as "above tolerance"."""
-        return self.name.lower().replace("_", " ")
 
 
 @dataclass(frozen=True, eq=False, repr=False)

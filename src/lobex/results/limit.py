@@ -3,13 +3,13 @@
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from enum import IntEnum
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
 from lobex._by_name import by_name
 from lobex.processes.quantity import Quantity, hertz
+from lobex.results.codes import Kind, Status
 from lobex.results.description import in_words, wall_time
 from lobex.results.units import shown_gain, shown_range, shown_speed
 
@@ -21,37 +21,6 @@ if TYPE_CHECKING:
     from lobex.results.band import Band
 
 Array = Any
-
-
-class Status(IntEnum):
-    """What became of the search at one speed."""
-
-    FOUND = 0
-    NONE_IN_RANGE = 1
-    UNSTABLE_AT_THE_LOWER_BOUND = 2
-    NOT_CONVERGED = 3
-    TIE = 4
-    BEYOND_THE_MEASURED_FREQUENCIES = 5
-    UNDEFINED = 6
-
-    @property
-    def words(self) -> str:
-        """Such as "none in range"."""
-        return self.name.lower().replace("_", " ")
-
-
-class Kind(IntEnum):
-    """How the dominant multiplier leaves the unit circle."""
-
-    NONE = 0
-    HOPF = 1
-    FLIP = 2
-    FOLD = 3
-
-    @property
-    def words(self) -> str:
-        """Such as "hopf", empty where there is no limit."""
-        return "" if self is Kind.NONE else self.name.lower()
 
 
 @dataclass(frozen=True, eq=False, repr=False)

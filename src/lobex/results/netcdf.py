@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Callable
-from enum import IntEnum
 from typing import Any
 
 import numpy as np
@@ -11,9 +10,10 @@ import xarray
 from lobex.processes.quantity import hertz
 from lobex.results.boundary import FORM as BOUNDARY
 from lobex.results.boundary import Boundary, read_boundary
-from lobex.results.chart import Chart, PointStatus
+from lobex.results.chart import Chart
+from lobex.results.codes import Kind, PointStatus, Status, flags
 from lobex.results.cut import Cut
-from lobex.results.limit import Kind, Limit, Status
+from lobex.results.limit import Limit
 from lobex.results.march import March
 from lobex.results.march_file import CUT, MARCH, read_cut, read_march
 from lobex.results.sensitivities import FORM as SENSITIVITIES
@@ -38,7 +38,7 @@ def chart_to_dataset(chart: Chart) -> xarray.Dataset:
             "multiplier": (axes, chart.multiplier, {"long_name": "dominant Floquet multiplier μ", "units": "1"}),
             "chatter_frequency": (axes, chart.chatter_frequency, _in_hertz(chart, "chatter frequency")),
             "error": (axes, chart.error, {"long_name": "estimated relative error of max|μ|", "units": "1"}),
-            "status": (axes, chart.status_code, _flags("what became of the point", PointStatus)),
+            "status": (axes, chart.status_code, flags("what became of the point", PointStatus)),
         },
         coords={
             "speed": ("speed", chart.speed, _in_hertz(chart, "rotational frequency")),
@@ -56,8 +56,12 @@ def limit_to_dataset(limit: Limit) -> xarray.Dataset:
             "gain": ("speed", limit.gain, {"long_name": f"critical {limit.quantity.name}", "units": unit}),
             "chatter_frequency": ("speed", limit.chatter_frequency, _in_hertz(limit, "chatter frequency")),
             "lobe": ("speed", limit.lobe, {"long_name": "whole waves between two passes, -1 where there is no limit"}),
-            "kind": ("speed", limit.kind_code, _flags("how the dominant multiplier leaves the unit circle", Kind)),
-            "status": ("speed", limit.status_code, _flags("what became of the search", Status)),
+            "kind": (
+                "speed",
+                limit.kind_code,
+                flags("how the dominant multiplier leaves the unit circle", Kind),
+            ),
+            "status": ("speed", limit.status_code, flags("what became of the search", Status)),
             "stable_interval": (
                 ("speed", "interval", "edge"),
                 limit.intervals,
@@ -86,13 +90,10 @@ def _attributes(result: Chart | Limit, form: str) -> dict[str, Any]:
     }
 
 
-def _flags(name: str, codes: type[IntEnum]) -> dict[str, Any]:
-    meanings = " ".join(code.name.lower() for code in codes)
-    return {"long_name": name, "flag_values": np.array(list(codes), dtype=np.int8), "flag_meanings": meanings}
-
-
-def result_of(dataset: xarray.Dataset, source: str) -> Result:
-    """The result that a file's dataset stands for; ``source`` says in messages where it is from."""
+def result_of(dataset: xarray.Dataset, source: str, *others: str) -> Result:
+    """The result that a file's dataset stands for; ``source`` says in messages where it is from, and what
+    ``others`` can be read beside the forms of results.
+    """
     readers: dict[str, Callable[[Stored], Result]] = {
         _CHART: _read_chart,
         _LIMIT: _read_limit,
@@ -107,7 +108,7 @@ def result_of(dataset: xarray.Dataset, source: str) -> Result:
     if not isinstance(form, str) or not form.startswith("lobex "):
         raise ValueError(f"{source} is not a lobex result; give a file that a result's save wrote")
     if form not in readers:
-        known = ", ".join(map(repr, readers))
+        known = ", ".join(map(repr, (*readers, *others)))
         raise ValueError(f"{source} has format {form!r}, and this version of lobex reads {known}; compute it again")
     return readers[form](Stored(dataset, source))
 

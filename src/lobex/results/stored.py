@@ -1,13 +1,13 @@
 """What a file says of a result, each field checked as it is taken out."""
 
 import json
-from enum import IntEnum
 from typing import Any, NoReturn
 
 import numpy as np
 import xarray
 
 from lobex.processes.quantity import Quantity
+from lobex.results.codes import Code
 
 _KINDS = {"f": "float64", "i": "whole numbers", "U": "text"}
 
@@ -53,7 +53,7 @@ class Stored:
         """A complex variable, which is stored as its real and imaginary part."""
         return self.array(f"{name}_real", *dims) + 1j * self.array(f"{name}_imag", *dims)
 
-    def flags(self, name: str, codes: type[IntEnum], *dims: str) -> np.ndarray:
+    def flags(self, name: str, codes: type[Code], *dims: str) -> np.ndarray:
         """A variable of members of an enumeration."""
         values = self.array(name, *dims, kind="i")
         if not np.isin(values, list(codes)).all():
