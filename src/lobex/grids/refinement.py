@@ -29,6 +29,8 @@ Array = Any
 
 # Nodes per piece: a few sizes, since each is compiled for itself.
 _SIZES = (6, 10, 16, 26, 42, 68, 110)
+# Of the tolerance, what the error at a point may be for its neighbours to meet it too.
+_MARGIN = 0.1
 # And for few pieces through which a mode turns a hundred times, as long as forces are not more.
 _LARGE, _MOST_FORCES = (178, 288, 466), 700
 # Work per point, lightest first: squarings of the operator, or 0 for the dense solver.
@@ -65,6 +67,13 @@ def refined_at_points(
     """At the points (speeds[i], gains[i]), shape (p,); begun with nodes for the first mode, or for ``every_mode``."""
     unique, row = np.unique(speeds, return_inverse=True)
     return _Refinement(process, method, every_mode).run(unique, row, gains, progress=False)
+
+
+def enough_nodes(found: Dominant, tolerance: float) -> int:
+    """Nodes with which all of the points found, and others near them, are well within the tolerance."""
+    near = found.nodes[found.error > _MARGIN * tolerance]
+    enough = np.max(found.nodes)
+    return int(next((size for size in _SIZES if size > np.max(near, initial=0) and size >= enough), enough))
 
 
 class _Refinement:

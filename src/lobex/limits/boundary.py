@@ -14,6 +14,7 @@ from lobex._float64 import at_once, widened
 from lobex._timing import timed
 from lobex.grids.choice import AUTO, AnyMethod, Auto, operator_of, tolerance_of
 from lobex.grids.evaluation import dominant_at_points
+from lobex.grids.refinement import enough_nodes
 from lobex.grids.sweep import SweepWarning, sweep
 from lobex.limits.contour import Map, contours, doubled, on_curve, refined, with_hidden_lines
 from lobex.limits.coverage import MOST_WAVES, waves_per_cell
@@ -68,7 +69,8 @@ def boundary(
         speed: increasing speeds, Hz (revolutions per second), (n,), n ≥ 2; of a process only.
         gain: increasing gains, (m,), m ≥ 2; of a process only.
         method: of the map, as ``sweep`` takes it; of a process only. Vertices are
-            polished with it, or, where it chooses its nodes or has no operator, with ``Duhamel(nodes=40)``.
+            polished with it, or, where it chooses its nodes or has no operator, with ``Duhamel`` of as many nodes as
+            the map's own crossings need.
         progress: show a progress bar on standard error.
 
     Returns:
@@ -88,13 +90,13 @@ def boundary(
             for name, value in (("speed", speed), ("gain", gain), ("method", own)):
                 if value is not None:
                     raise ValueError(f"{name} = {_checks.brief(value)} beside a chart, which has its own; leave it out")
-            chart, process, chosen = source, rebuild(source.process), _of_fixed_size(rebuild(source.method))
+            chart, process, chosen = source, rebuild(source.process), rebuild(source.method)
         else:
             if speed is None or gain is None:
                 raise ValueError("source is a process: give the speeds and gains of the map to trace from, too")
             check_process(source)
             _checks.untraced("boundary", source=source, speed=speed, gain=gain)
-            process, chosen = source, _of_fixed_size(method)
+            process, chosen = source, method
             chart = sweep(process, speed, gain, method, progress=progress)
         if min(chart.spectral_radius.shape) < 2:
             raise ValueError(
@@ -102,6 +104,7 @@ def boundary(
             )
         with at_once():
             process = widened(process)
+            chosen = _of_fixed_size(chosen, process, chart)
             waves, fastest, where = waves_per_cell(process, chart.speed, float(np.abs(chart.gain).max()))
             curves, residual, dropped, unresolved, coarse = _trace(process, chosen, chart)
     if waves > MOST_WAVES:
@@ -142,10 +145,17 @@ def boundary(
     )
 
 
-def _of_fixed_size(method: AnyMethod) -> Method:
+def _of_fixed_size(method: AnyMethod, process: Process, chart: Chart) -> Method:
     """An operator whose values at neighbouring points are those of one smooth function."""
     operator = operator_of(method)
-    return replace(operator, nodes=operator.count) if isinstance(operator, Duhamel) else operator
+    if not isinstance(operator, Duhamel) or operator.nodes is not None:
+        return operator
+    lines = contours(Map(chart.speed, chart.gain, _log(chart.multiplier)))
+    if not lines:
+        return replace(operator, nodes=operator.count)
+    at = np.concatenate([line.place for line in lines])
+    found = dominant_at_points(process, at[:, 0], at[:, 1], operator)
+    return replace(operator, nodes=enough_nodes(found, operator.tolerance))
 
 
 def _trace(process: Process, method: Method, chart: Chart) -> tuple[tuple[BoundaryCurve, ...], float, int, int, int]:

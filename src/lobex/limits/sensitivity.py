@@ -26,6 +26,8 @@ Array = Any
 Builder = Callable[[Any], Process]
 
 _CLOSED_FORM = "DSubdivision"
+# Speeds side by side: those of a first look, since the last batch is filled up with repeats.
+_BATCH = 16
 
 
 def sensitivities(
@@ -119,7 +121,7 @@ def at_limit(limit: Limit, build: Builder, parameters: Any, method: Method | Non
         if found.size and method is None:
             derivative[found] = in_batches(partial(_closed_form, build, wide), (speed,))
         elif found.size:
-            derivative[found] = in_batches(partial(_by_growth, build, wide, method), (speed, gain))
+            derivative[found] = in_batches(partial(_by_growth, build, wide, method), (speed, gain), _BATCH)
     return Sensitivities(names=names, value=values, derivative=derivative, limit=limit)
 
 
