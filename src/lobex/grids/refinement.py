@@ -7,7 +7,6 @@ from functools import partial
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from tqdm import tqdm
 
@@ -19,7 +18,7 @@ from lobex.floquet.chatter import carrier_frequency
 from lobex.floquet.power import Pair, as_complex, as_pair
 from lobex.grids.dominant import Dominant
 from lobex.operators.duhamel import Duhamel
-from lobex.operators.elimination import inverse
+from lobex.operators.elimination import inverse, pivoted_inverse
 from lobex.operators.response import quickness, samples_in_flight, tail_bound
 from lobex.processes.process import Process
 from lobex.systems.mesh import mesh_of
@@ -298,7 +297,7 @@ def _dominant(
     def point(row: Array, speed: Array, gain: Array) -> tuple[Array, ...]:
         system = process.system(speed, gain)
         mine = method.prepare(system) if prepared is None else jax.tree.map(lambda part: part[row], prepared)
-        respond = method.respond(mine, system, jnp.linalg.inv if densely else inverse)
+        respond = method.respond(mine, system, pivoted_inverse if densely else inverse)
         matrix = method.assemble(mine, respond)
         if densely:
             value, vector = dense.dominant_pair(matrix)

@@ -17,7 +17,7 @@ from lobex.grids.evaluation import dominant_at_points
 from lobex.grids.refinement import SPEEDS, prepared_at
 from lobex.limits.growth import CONVERGED, SQUARINGS, Family, find_crossing
 from lobex.operators.duhamel import Duhamel
-from lobex.operators.elimination import inverse
+from lobex.operators.elimination import inverse, pivoted_inverse
 from lobex.operators.operator import Method
 from lobex.operators.response import samples_in_flight
 from lobex.processes.process import Process
@@ -143,7 +143,7 @@ def _polished(
 
 def _family(process: Process, method: Method, prepared: Any, speed: Array, densely: bool) -> Family:
     if isinstance(method, Duhamel):
-        solve = jnp.linalg.inv if densely else inverse
+        solve = pivoted_inverse if densely else inverse
 
         def assembled(gain: Array) -> Array:
             system = process.system(speed, gain)
@@ -178,7 +178,7 @@ def _label(
     if isinstance(method, Duhamel):
         pair = Pair(*map(as_pair, (value, triple.right, triple.left / (triple.left @ triple.right))))
         prepared = method.prepare(system) if prepared is None else prepared
-        respond = method.respond(prepared, system, jnp.linalg.inv if densely else inverse)
+        respond = method.respond(prepared, system, pivoted_inverse if densely else inverse)
         motion = method.motion(prepared, respond, system, pair)
         frequency = carrier_frequency(motion.phase, motion.weight, motion.output, system.period, as_pair(value))
         error = motion.error + motion.rounding

@@ -11,6 +11,7 @@ import numpy as np
 from lobex import _checks
 from lobex._pytree import pytree
 from lobex.floquet.power import Pair, rotation
+from lobex.operators.elimination import pivoted_inverse
 from lobex.operators.estimate import InContact, estimated_error, rounding, sizes_of, unresolved, unresolved_force
 from lobex.operators.operator import MOST_NODES, MonodromyOperator
 from lobex.operators.prepared import Prepared, prepare
@@ -85,7 +86,7 @@ class Duhamel:
     def operator(self, system: DelaySystem) -> MonodromyOperator:
         """The monodromy operator; its state is z as long ago as the system remembers, and the scaled forces since."""
         prepared, mesh = self.prepare(system), mesh_of(system)
-        respond = self.respond(prepared, system, jnp.linalg.inv)
+        respond = self.respond(prepared, system, pivoted_inverse)
         march = _marched(prepared, respond, jnp.eye(jnp.shape(respond)[-1], dtype=respond.dtype))
         parts = _parts(prepared, march)
         outputs = (parts.free + parts.forced).reshape(mesh.pieces, self.count, system.output_size, -1)
@@ -118,7 +119,7 @@ class Duhamel:
         prepared = prepare(scaled, self.count, in_flight)
         if not resolved:
             return prepared
-        return replace(prepared, resolvent=_resolvents(prepared, self._forces(system), jnp.linalg.inv))
+        return replace(prepared, resolvent=_resolvents(prepared, self._forces(system), pivoted_inverse))
 
     def respond(self, prepared: Prepared, system: DelaySystem, inverse: Inverse) -> Array:
         """The forces at the nodes of every piece that its past makes, (M, e·q, N).

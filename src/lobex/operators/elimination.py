@@ -1,10 +1,22 @@
-"""Inverses of many small matrices at once, without LAPACK."""
+"""Inverses of matrices: of many small ones at once, without LAPACK, and of any, with pivots."""
 
 import jax
 import jax.numpy as jnp
 
 # Larger matrices are halved: products of batched matrices are quicker than elimination, but cost more to start.
 _WHOLE = 26
+
+
+@jax.custom_jvp
+def pivoted_inverse(matrix: jax.Array) -> jax.Array:
+    """The inverse X of A, (…, n, n), by LAPACK's LU; dX = −X dA X, so that no derivative goes through the LU."""
+    return jnp.linalg.inv(matrix)
+
+
+@pivoted_inverse.defjvp
+def _(primals: tuple[jax.Array], tangents: tuple[jax.Array]) -> tuple[jax.Array, jax.Array]:
+    found = pivoted_inverse(*primals)
+    return found, -(found @ tangents[0] @ found)
 
 
 @jax.custom_batching.custom_vmap

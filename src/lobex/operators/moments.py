@@ -6,6 +6,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from lobex.operators.elimination import pivoted_inverse
+
 Array = Any
 
 # Gauss quadrature with this many points is exact to rounding up to this norm; above it, the recurrence is stable.
@@ -63,7 +65,7 @@ def _inverse(matrix: Array) -> Array:
     if size == 1:
         return 1 / matrix
     if size > 2:
-        return jnp.linalg.inv(matrix)
+        return pivoted_inverse(matrix)
     a, b, c, d = matrix[..., 0, 0], matrix[..., 0, 1], matrix[..., 1, 0], matrix[..., 1, 1]
     adjugate = jnp.stack([jnp.stack([d, -b], -1), jnp.stack([-c, a], -1)], -2)
     return adjugate / (a * d - b * c)[..., None, None]

@@ -144,7 +144,7 @@ def _looked_up(
 
     def at_piece(piece: tuple[Array, ...]) -> tuple[Array, Array]:
         slot, inside, order, states = piece
-        weights = _legendre(2 * inside - 1, len(synthesis)) @ synthesis
+        weights = jnp.tensordot(_legendre(2 * inside - 1, len(synthesis)), synthesis, ((0,), (0,)))
         # One product for all pieces of the past, of which each delay takes its own: to gather these takes more memory.
         chosen = (jnp.arange(history + 1) == slot[..., None])[..., None] * weights[:, :, None]
         made = jnp.einsum("kqhf,hfmx->kqmhx", chosen, recalled[order])
@@ -167,8 +167,10 @@ def _synthesis(count: int) -> np.ndarray:
 
 
 def _legendre(x: Array, count: int) -> Array:
-    """P_0 … P_{count−1}, along a new last axis."""
-    values = [jnp.ones_like(x), x]
-    for order in range(1, count - 1):
-        values.append(((2 * order + 1) * x * values[-1] - order * values[-2]) / (order + 1))
-    return jnp.stack(values, axis=-1)
+    """P_0 … P_{count−1}, along a new first axis; in a loop, since XLA would begin anew for every one of them."""
+
+    def step(pair: tuple[Array, Array], order: Array) -> tuple[tuple[Array, Array], Array]:
+        before, now = pair
+        return (now, ((2 * order + 1) * x * now - order * before) / (order + 1)), now
+
+    return jax.lax.scan(step, (jnp.zeros_like(x), jnp.ones_like(x)), jnp.arange(float(count)))[1]
