@@ -26,9 +26,12 @@ from lobex._programs import forget_if_many
 
 # Files that take longest begin first, so that the workers end together.
 LONGEST = (
-    *("notebooks", "gallery", "docs", "exact_limits", "study_processes", "duhamel", "critical", "critical_constant"),
-    *("random_models", "operators", "march_delay", "spectrum", "chatter", "sensitivity", "band", "boundary"),
-    *("shell", "reference", "gradients", "wear", "characteristic_roots", "sweep", "design", "readme", "store", "study"),
+    *("sweep", "readme", "shell", "linear_delay", "gradients", "transformations", "general_methods", "general_error"),
+    *("properties", "exact_limit_verb", "reference", "random_models", "operators", "devices", "study", "sensitivity"),
+    *("boundary", "variable_pitch", "plausible", "undamped", "design", "notebooks", "store", "force_shapes"),
+    *("study_processes", "exact_limits", "duhamel_search", "critical", "programs", "exact", "duhamel", "march_delay"),
+    *("characteristic_roots", "chatter", "gallery", "milling_search", "critical_constant", "turning_simulation"),
+    *("precision", "docs", "band", "wear", "chart", "receptance_kinds", "march_result", "shell_hostile"),
 )
 # New objects, and rounds of the younger ones, after which Python looks for rubbish; 700, 10 and 10 by default.
 COLLECTED = (50_000, 20, 100)

@@ -18,20 +18,20 @@ def maps():
 @pytest.mark.skipif(not MAPS.exists(), reason="maps of memory are told on Linux alone")
 @pytest.mark.parametrize("verb", [lambda *at: lobex.sweep(*at).multiplier, lobex.multipliers])
 def test_a_verb_forgets_programs_that_are_too_many(monkeypatch, verb):
-    mathieu = lobex.DelayedMathieu(2.5, 1.3, 0.05)
+    scalar = lobex.Scalar(-1.0)
 
     def multiplier(nodes):
-        return verb(mathieu, [0.16], [0.3], lobex.Duhamel(nodes=nodes))
+        return verb(scalar, [0.16], [0.3], lobex.Duhamel(nodes=nodes))
 
     begun = maps()
-    before = [multiplier(nodes) for nodes in (30, 31, 32)]
+    before = [multiplier(nodes) for nodes in (10, 11)]
     many = maps()
     assert many > begun
-    multiplier(30)
+    multiplier(10)
     # So few are no reason.
     assert maps() > begun
     monkeypatch.setattr(_programs, "_EVERY", 1)
     monkeypatch.setattr(_programs, "_MOST_MAPS", begun)
-    after = multiplier(33), multiplier(30)
+    after = multiplier(12), multiplier(10)
     assert maps() < many
     np.testing.assert_array_equal(after[1], before[0])
