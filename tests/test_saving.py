@@ -2,6 +2,7 @@
 
 import csv
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,9 @@ from scipy.io import loadmat
 import lobex
 from cases import assert_same_fields
 from lobex.files import made_of
+from lobex.results import fields as declare
 from lobex.results.matlab import legal
+from lobex.results.result import Result
 from lobex.results.stored import Stored
 from small_results import RESULTS
 
@@ -172,6 +175,42 @@ def test_text_of_every_make_is_read():
     for dtype in (object, "U1"):
         dataset = xarray.Dataset(coords={"parameter": np.array(["a", "b"], dtype=dtype)})
         assert list(Stored(dataset, "here").array("parameter", "parameter", kind="U")) == ["a", "b"]
+
+
+class Wobble(Result, form="lobex wobble 1"):
+    """A result of one's own."""
+
+    speed: np.ndarray = declare.field(declare.Axis("*lane", "rotational frequency", "Hz"))
+    tilt: np.ndarray = declare.field(
+        declare.Array("*lane end=2", lambda told: f"tilt by {told.law}", "rad", name="angle")
+    )
+    law: str
+    turns: int
+
+    @property
+    @declare.derived(declare.Array("*lane", "largest tilt", "rad"), after="speed")
+    def largest(self):
+        """Of both ends."""
+        return self.tilt.max(axis=-1)
+
+
+def test_fields_declared_once_are_labelled_and_read():
+    wobble = Wobble(np.array([[50.0], [60.0]]), np.arange(4.0).reshape(2, 1, 2), "sine", 3)
+    dataset = wobble.to_xarray()
+    assert list(dataset.variables) == ["largest", "angle", "speed"]
+    assert dataset["angle"].dims == ("lane", "end")
+    assert dataset["angle"].attrs == {"long_name": "tilt by sine", "units": "rad"}
+    assert list(dataset.coords) == ["speed"]
+    assert dataset.attrs == {"format": "lobex wobble 1", "lanes": "[2, 1]", "law": "sine", "turns": 3}
+    assert_same_fields(declare.read(Wobble, Stored(dataset, "it")), wobble)
+    for name in dataset.variables:
+        with pytest.raises(ValueError, match=f"^it has no variable {name!r}"):
+            declare.read(Wobble, Stored(dataset.drop_vars(name), "it"))
+
+
+def test_a_boundary_without_curves_comes_back(tmp_path):
+    replace(RESULTS["boundary"](), curves=()).save(tmp_path / "none.nc")
+    assert len(lobex.load(tmp_path / "none.nc")) == 0
 
 
 # --- MATLAB and tables

@@ -5,7 +5,8 @@ import os
 import xarray
 
 from lobex import _checks
-from lobex.results.netcdf import Result, result_of
+from lobex.results.register import result_of
+from lobex.results.result import Result
 from lobex.studies.export import study_from
 from lobex.studies.study import FORM as STUDY
 from lobex.studies.study import Study

@@ -3,10 +3,10 @@
 import os
 from pathlib import Path
 
-import numpy as np
 import xarray
 
 from lobex.gallery.reproduction import Reproduction, Results
+from lobex.results.saving import in_parts
 
 
 def save_numbers(figure: Reproduction, results: Results, path: Path) -> None:
@@ -25,18 +25,9 @@ def save_numbers(figure: Reproduction, results: Results, path: Path) -> None:
         for name in names:
             dataset = results[name] if isinstance(results[name], xarray.Dataset) else results[name].to_xarray()
             group = None if len(names) == 1 else name
-            _in_parts(dataset).to_netcdf(partial, mode="a", group=group, engine="h5netcdf")
+            in_parts(dataset).to_netcdf(partial, mode="a", group=group, engine="h5netcdf")
         os.replace(partial, path)
     except OSError as error:
         raise ValueError(f"path = {str(path)!r} cannot be written ({error}); choose another folder") from error
     finally:
         partial.unlink(missing_ok=True)
-
-
-def _in_parts(dataset: xarray.Dataset) -> xarray.Dataset:
-    """Real and imaginary parts of complex variables, which MATLAB reads."""
-    for name in map(str, dataset.data_vars):
-        values = dataset[name]
-        if np.iscomplexobj(values):
-            dataset = dataset.assign({f"{name}_real": values.real, f"{name}_imag": values.imag}).drop_vars(name)
-    return dataset

@@ -1,28 +1,23 @@
 """The stability boundary as curves in the plane of speed and gain."""
 
-import json
-import os
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lobex._by_name import by_name
 from lobex.processes.quantity import Quantity, hertz
-from lobex.results.codes import Kind, flags
+from lobex.results.codes import Kind
 from lobex.results.description import in_words, wall_time
+from lobex.results.fields import Array, Attribute, Codes, Fields, Parts, declared_of, field, in_gain, in_hertz
+from lobex.results.result import Result
 from lobex.results.stored import Stored
 
 if TYPE_CHECKING:
-    import xarray
     from matplotlib.axes import Axes
 
-FORM = "lobex boundary 2"
 
-
-@dataclass(frozen=True, eq=False)
-class BoundaryCurve:
+class BoundaryCurve(Fields):
     """One connected piece of the boundary, with the unstable side on the left of its direction of travel.
 
     Attributes:
@@ -34,11 +29,13 @@ class BoundaryCurve:
             border of the map.
     """
 
-    speed: np.ndarray
-    gain: np.ndarray
-    chatter_frequency: np.ndarray
-    kind_code: np.ndarray
-    closed: bool
+    speed: np.ndarray = field(Array("vertex", "rotational frequency", in_hertz))
+    gain: np.ndarray = field(Array("vertex", lambda boundary: boundary.quantity.name, in_gain))
+    chatter_frequency: np.ndarray = field(Array("vertex", "chatter frequency", in_hertz))
+    kind_code: np.ndarray = field(
+        Codes("vertex", "how the dominant multiplier leaves the unit circle", name="kind", codes=Kind)
+    )
+    closed: bool = field(Array("curve_number", dtype=np.int8))
 
     @property
     def kind(self) -> np.ndarray:
@@ -46,8 +43,30 @@ class BoundaryCurve:
         return np.array([Kind(code).words for code in self.kind_code], dtype=str)
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Boundary:
+class _Curves:
+    """Curves as all their vertices, one curve after the other, with the number of each one's curve."""
+
+    number = Array("vertex", "number of the curve", dtype=np.int32)
+
+    def write(self, name: str, value: "tuple[BoundaryCurve, ...]", result: Any, into: Parts) -> None:
+        for part, declared in declared_of(BoundaryCurve).items():
+            values = [np.atleast_1d(getattr(curve, part)) for curve in value]
+            declared.write(part, np.concatenate([np.empty(0), *values]), result, into)
+        sizes = np.array([len(curve.speed) for curve in value], dtype=int)
+        self.number.write("curve", np.repeat(np.arange(len(sizes)), sizes), result, into)
+
+    def read(self, name: str, stored: Stored) -> "tuple[BoundaryCurve, ...]":
+        parts = {part: declared.read(part, stored) for part, declared in declared_of(BoundaryCurve).items()}
+        number, closed = self.number.read("curve", stored), parts.pop("closed")
+        if not np.array_equal(np.unique(number), np.arange(len(closed))):
+            stored.refuse(f"has variable 'curve' that does not number the {len(closed)} curves of 'closed'")
+        return tuple(
+            BoundaryCurve(**{part: values[number == i] for part, values in parts.items()}, closed=bool(ends))
+            for i, ends in enumerate(closed)
+        )
+
+
+class Boundary(Result, form="lobex boundary 2"):
     """The curves max|μ| = 1 within a rectangle of speeds and gains.
 
     What is not missed: every curve that separates two points of the map that it was traced from, and every pair of
@@ -71,15 +90,15 @@ class Boundary:
         compiling: the part of it in which JAX traced and compiled programs; 0 where they were there already.
     """
 
-    curves: tuple[BoundaryCurve, ...]
+    curves: tuple[BoundaryCurve, ...] = field(_Curves())
     residual: float
     dropped: int
     unresolved: int
     waves_per_cell: float
     fastest_frequency: float
-    bounds: tuple[float, float, float, float]
+    bounds: tuple[float, float, float, float] = field(Attribute(lambda stored, name: stored.numbers(name, 4)))
     quantity: Quantity
-    speed_unit: str
+    speed_unit: str = field(Attribute(Stored.unit))
     process: dict[str, Any]
     method: dict[str, Any]
     seconds: float
@@ -111,89 +130,3 @@ class Boundary:
     def plot(self, ax: "Axes | None" = None, speed_unit: str | None = None) -> "Axes":
         """The curves, their kinds by colour and dash, with ticks on the unstable side; returns the axes."""
         return by_name("plots.boundary.plot_boundary")(self, ax, speed_unit)
-
-    def to_xarray(self) -> "xarray.Dataset":
-        """All vertices, one curve after the other, with the number of each one's curve: a labelled dataset."""
-        import xarray
-
-        unit = self.quantity.unit
-        number = [np.full(len(c.speed), i, dtype=np.int32) for i, c in enumerate(self)]
-        vertex: dict[str, tuple[list[np.ndarray], type, dict[str, Any]]] = {
-            "speed": ([c.speed for c in self], float, {"long_name": "rotational frequency", "units": "Hz"}),
-            "gain": ([c.gain for c in self], float, {"long_name": self.quantity.name, "units": unit}),
-            "chatter_frequency": (
-                [c.chatter_frequency for c in self],
-                float,
-                {"long_name": "chatter frequency", "units": "Hz"},
-            ),
-            "kind": (
-                [c.kind_code for c in self],
-                np.int8,
-                flags("how the dominant multiplier leaves the unit circle", Kind),
-            ),
-            "curve": (number, np.int32, {"long_name": "number of the curve"}),
-        }
-        return xarray.Dataset(
-            data_vars={
-                **{
-                    n: ("vertex", np.concatenate([*parts, np.empty(0)]).astype(d), a)
-                    for n, (parts, d, a) in vertex.items()
-                },
-                "closed": ("curve_number", np.array([c.closed for c in self], dtype=np.int8)),
-            },
-            attrs={
-                "format": FORM,
-                "residual": self.residual,
-                "dropped": self.dropped,
-                "unresolved": self.unresolved,
-                "waves_per_cell": self.waves_per_cell,
-                "fastest_frequency": self.fastest_frequency,
-                "bounds": np.asarray(self.bounds, dtype=float),
-                "quantity": json.dumps(self.quantity._asdict(), ensure_ascii=False),
-                "speed_unit": self.speed_unit,
-                "process": json.dumps(self.process, ensure_ascii=False),
-                "method": json.dumps(self.method, ensure_ascii=False),
-                "seconds": self.seconds,
-                "compiling": self.compiling,
-            },
-        )
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the curves to a file, all at once or not at all; its ending says which: .nc (NetCDF-4), which
-        ``lobex.load`` reads back, .mat (MATLAB) or .csv (one row per vertex).
-
-        Raises:
-            ValueError: for any other ending, and a place that cannot be written.
-        """
-        from lobex.results.saving import save_dataset
-
-        save_dataset(self.to_xarray(), path)
-
-
-def read_boundary(stored: Stored) -> Boundary:
-    """The boundary that ``to_xarray`` made."""
-    speed, gain, frequency = (stored.array(name, "vertex") for name in ("speed", "gain", "chatter_frequency"))
-    kind = stored.flags("kind", Kind, "vertex")
-    number, closed = stored.array("curve", "vertex", kind="i"), stored.array("closed", "curve_number", kind="i")
-    if not np.array_equal(np.unique(number), np.arange(len(closed))):
-        stored.refuse(f"has variable 'curve' that does not number the {len(closed)} curves of 'closed'")
-    curves = []
-    for i, ends in enumerate(closed):
-        mine = number == i
-        curves.append(BoundaryCurve(speed[mine], gain[mine], frequency[mine], kind[mine], bool(ends)))
-    slowest, fastest, low, high = stored.numbers("bounds", 4)
-    return Boundary(
-        curves=tuple(curves),
-        residual=stored.number("residual"),
-        dropped=stored.count("dropped"),
-        unresolved=stored.count("unresolved"),
-        waves_per_cell=stored.number("waves_per_cell"),
-        fastest_frequency=stored.number("fastest_frequency"),
-        bounds=(slowest, fastest, low, high),
-        quantity=stored.quantity("quantity"),
-        speed_unit=stored.unit("speed_unit"),
-        process=stored.description("process"),
-        method=stored.description("method"),
-        seconds=stored.number("seconds"),
-        compiling=stored.number("compiling"),
-    )

@@ -1,7 +1,5 @@
 """The result of a sweep."""
 
-import os
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,10 +9,12 @@ from lobex._warnings import warn
 from lobex.processes.quantity import Quantity
 from lobex.results.codes import PointStatus
 from lobex.results.description import in_words, wall_time
+from lobex.results.fields import Array, Attribute, Axis, Codes, field, in_gain, in_hertz
+from lobex.results.result import Result
+from lobex.results.stored import Stored
 from lobex.results.units import shown_gain, shown_range, shown_speed
 
 if TYPE_CHECKING:
-    import xarray
     from matplotlib.axes import Axes
 
     from lobex.results.boundary import Boundary
@@ -23,8 +23,7 @@ if TYPE_CHECKING:
 _FINER = 65
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Chart:
+class Chart(Result, form="lobex chart 4"):
     """A stability lobe diagram: the dominant Floquet multiplier over a (speed, gain) grid.
 
     Attributes:
@@ -43,15 +42,15 @@ class Chart:
         compiling: the part of it in which JAX traced and compiled programs; 0 where they were there already.
     """
 
-    speed: np.ndarray
-    gain: np.ndarray
-    spectral_radius: np.ndarray
-    multiplier: np.ndarray
-    chatter_frequency: np.ndarray
-    error: np.ndarray
-    status_code: np.ndarray
+    speed: np.ndarray = field(Axis("speed", "rotational frequency", in_hertz, increasing=True))
+    gain: np.ndarray = field(Axis("gain", lambda chart: chart.quantity.name, in_gain, increasing=True))
+    spectral_radius: np.ndarray = field(Array("speed gain", "spectral radius max|μ|", "1"))
+    multiplier: np.ndarray = field(Array("speed gain", "dominant Floquet multiplier μ", "1", dtype=np.complex128))
+    chatter_frequency: np.ndarray = field(Array("speed gain", "chatter frequency", in_hertz))
+    error: np.ndarray = field(Array("speed gain", "estimated relative error of max|μ|", "1"))
+    status_code: np.ndarray = field(Codes("speed gain", "what became of the point", name="status", codes=PointStatus))
     quantity: Quantity
-    speed_unit: str
+    speed_unit: str = field(Attribute(Stored.unit))
     process: dict[str, Any]
     method: dict[str, Any]
     seconds: float
@@ -136,20 +135,3 @@ class Chart:
             boundary: ``lobex.boundary(chart)``, to draw its curves in place of the map's own line.
         """
         return by_name("plots.chart.plot_chart")(self, ax, speed_unit, boundary)
-
-    def to_xarray(self) -> "xarray.Dataset":
-        """The chart as a labelled dataset, with units and the model in its attributes."""
-        from lobex.results.netcdf import chart_to_dataset
-
-        return chart_to_dataset(self)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the chart to a file, all at once or not at all; its ending says which: .nc (NetCDF-4), which
-        ``lobex.load`` reads back, .mat (MATLAB) or .csv (one row per point).
-
-        Raises:
-            ValueError: for any other ending, and a place that cannot be written.
-        """
-        from lobex.results.saving import save_dataset
-
-        save_dataset(self.to_xarray(), path)

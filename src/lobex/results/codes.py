@@ -50,7 +50,7 @@ class Kind(Code):
         return "" if self is Kind.NONE else super().words
 
 
-def flags(name: str, codes: type[Code]) -> dict[str, Any]:
+def flags(codes: type[Code]) -> dict[str, Any]:
     """The attributes of a variable of codes, as the conventions for climate and forecast metadata have them."""
     meanings = " ".join(code.name.lower() for code in codes)
-    return {"long_name": name, "flag_values": np.array(list(codes), dtype=np.int8), "flag_meanings": meanings}
+    return {"flag_values": np.array(list(codes), dtype=np.int8), "flag_meanings": meanings}

@@ -1,22 +1,20 @@
 """The result of a simulation of turning."""
 
-import os
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lobex._by_name import by_name
 from lobex.results.description import in_words, wall_time
+from lobex.results.fields import Array, Axis, field
 from lobex.results.march import span
+from lobex.results.result import Result
 
 if TYPE_CHECKING:
-    import xarray
     from matplotlib.axes import Axes
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Cut:
+class Cut(Result, form="lobex cut 2"):
     """Turning in time, lane by lane; lanes have the broadcast shape of speed and depth.
 
     Attributes:
@@ -35,14 +33,14 @@ class Cut:
         compiling: the part of it in which JAX traced and compiled programs; 0 where they were there already.
     """
 
-    speed: np.ndarray
-    depth: np.ndarray
+    speed: np.ndarray = field(Axis("*lane", "rotational frequency", "Hz"))
+    depth: np.ndarray = field(Axis("*lane", "depth of cut", "m"))
     feed: float
-    phase: np.ndarray
-    displacement: np.ndarray
-    chip_thickness: np.ndarray
-    force: np.ndarray
-    state: np.ndarray
+    phase: np.ndarray = field(Axis("phase", "revolutions", "1", increasing=True))
+    displacement: np.ndarray = field(Array("*lane phase", "tool displacement", "m"))
+    chip_thickness: np.ndarray = field(Array("*lane phase", "chip thickness", "m"))
+    force: np.ndarray = field(Array("*lane phase", "radial cutting force", "N"))
+    state: np.ndarray = field(Array("*lane component", "state at the end"))
     steps_per_revolution: int
     modes: dict[str, Any]
     law: dict[str, Any]
@@ -90,20 +88,3 @@ class Cut:
         ``what`` is "displacement", "chip_thickness" or "force".
         """
         return by_name("plots.cut.plot_cut")(self, ax, what)
-
-    def to_xarray(self) -> "xarray.Dataset":
-        """The cut as a labelled dataset, the lanes as one dimension, with units and the model in its attributes."""
-        from lobex.results.march_file import cut_to_dataset
-
-        return cut_to_dataset(self)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the cut to a file, all at once or not at all; its ending says which: .nc (NetCDF-4), which
-        ``lobex.load`` reads back, .mat (MATLAB) or .csv (one row per lane and sample).
-
-        Raises:
-            ValueError: for any other ending, and a place that cannot be written.
-        """
-        from lobex.results.saving import save_dataset
-
-        save_dataset(self.to_xarray(), path)

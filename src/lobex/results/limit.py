@@ -1,8 +1,6 @@
 """The result of a search for the stability limit."""
 
-import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
@@ -11,20 +9,19 @@ from lobex._by_name import by_name
 from lobex.processes.quantity import Quantity, hertz
 from lobex.results.codes import Kind, Status
 from lobex.results.description import in_words, wall_time
+from lobex.results.fields import Array, Attribute, Axis, Codes, derived, field, in_gain, in_hertz
+from lobex.results.result import Result
+from lobex.results.stored import Stored
 from lobex.results.units import shown_gain, shown_range, shown_speed
 
 if TYPE_CHECKING:
-    import xarray
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from lobex.results.band import Band
 
-Array = Any
 
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Limit:
+class Limit(Result, form="lobex limit 2"):
     """The stability limit over speeds: the lowest gain at which a process turns from stable to unstable.
 
     Attributes:
@@ -43,16 +40,20 @@ class Limit:
         compiling: the part of it in which JAX traced and compiled programs; 0 where they were there already.
     """
 
-    speed: Array
-    gain: Array
-    chatter_frequency: Array
-    kind_code: Array
-    status_code: Array
-    intervals: Array
-    error: Array
-    bounds: tuple[float, float]
+    speed: Any = field(Axis("speed", "rotational frequency", in_hertz))
+    gain: Any = field(Array("speed", lambda limit: f"critical {limit.quantity.name}", in_gain))
+    chatter_frequency: Any = field(Array("speed", "chatter frequency", in_hertz))
+    kind_code: Any = field(
+        Codes("speed", "how the dominant multiplier leaves the unit circle", name="kind", codes=Kind)
+    )
+    status_code: Any = field(Codes("speed", "what became of the search", name="status", codes=Status))
+    intervals: Any = field(
+        Array("speed interval edge=2", "stable intervals within the bounds", in_gain, name="stable_interval")
+    )
+    error: Any = field(Array("speed", "estimated error of the gain", in_gain))
+    bounds: tuple[float, float] = field(Attribute(lambda stored, name: stored.numbers(name, 2)))
     quantity: Quantity
-    speed_unit: str
+    speed_unit: str = field(Attribute(Stored.unit))
     process: dict[str, Any]
     method: dict[str, Any]
     seconds: float
@@ -73,12 +74,16 @@ class Limit:
         return np.array([Status(code).words for code in np.asarray(self.status_code)], dtype=str)
 
     @property
+    @derived(
+        Array("speed", "whole waves between two passes, -1 where there is no limit", dtype=np.int64),
+        after="chatter_frequency",
+    )
     def lobe(self) -> np.ndarray:
         """Whole waves between two passes, which numbers the lobes, (n,); -1 where there is no limit."""
         waves = np.asarray(self.chatter_frequency) / np.asarray(self._pass_frequency())
         return np.where(np.isfinite(waves), np.floor(np.nan_to_num(waves) + 1e-9), -1).astype(int)
 
-    def _pass_frequency(self) -> Array:
+    def _pass_frequency(self) -> Any:
         return self.speed * self.process.get("teeth", 1)
 
     def __repr__(self) -> str:
@@ -155,20 +160,3 @@ class Limit:
             ValueError: for both of ``ax`` and ``axes``, and a ``label`` without ``ax``.
         """
         return by_name("plots.limit.plot_limit")(self, ax, axes, speed_unit, label)
-
-    def to_xarray(self) -> "xarray.Dataset":
-        """The limit as a labelled dataset, with units and the model in its attributes."""
-        from lobex.results.netcdf import limit_to_dataset
-
-        return limit_to_dataset(self)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the limit to a file, all at once or not at all; its ending says which: .nc (NetCDF-4), which
-        ``lobex.load`` reads back, .mat (MATLAB) or .csv (one row per speed).
-
-        Raises:
-            ValueError: for any other ending, and a place that cannot be written.
-        """
-        from lobex.results.saving import save_dataset
-
-        save_dataset(self.to_xarray(), path)

@@ -1,7 +1,5 @@
 """The result of a march of a delayed process."""
 
-import os
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,14 +7,15 @@ import numpy as np
 from lobex._by_name import by_name
 from lobex.processes.quantity import Quantity, hertz
 from lobex.results.description import wall_time
+from lobex.results.fields import Array, Attribute, Axis, field, in_gain, in_hertz
+from lobex.results.result import Result
+from lobex.results.stored import Stored
 
 if TYPE_CHECKING:
-    import xarray
     from matplotlib.axes import Axes
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class March:
+class March(Result, form="lobex march 2"):
     """A motion in time, lane by lane; lanes have the broadcast shape of speed and gain.
 
     Attributes:
@@ -38,17 +37,21 @@ class March:
         compiling: the part of it in which JAX traced and compiled programs; 0 where they were there already.
     """
 
-    speed: np.ndarray
-    gain: np.ndarray
-    delay: np.ndarray
-    phase: np.ndarray
-    displacement: np.ndarray
-    state: np.ndarray
-    multiplier: np.ndarray
-    growth_error: np.ndarray
+    speed: np.ndarray = field(Axis("*lane", "rotational frequency", in_hertz))
+    gain: np.ndarray = field(Axis("*lane", lambda march: march.quantity.name, in_gain))
+    delay: np.ndarray = field(Axis("*lane", "delay, which is the period", "s"))
+    phase: np.ndarray = field(Axis("phase", "time in delays", "1", increasing=True))
+    displacement: np.ndarray = field(
+        Array(
+            "*lane phase output", "displacement at the contact", lambda march: "m" if "modes" in march.process else "1"
+        )
+    )
+    state: np.ndarray = field(Array("*lane component", "state at the end"))
+    multiplier: np.ndarray = field(Array("*lane", "fitted multiplier μ", "1", dtype=np.complex128))
+    growth_error: np.ndarray = field(Array("*lane", "estimated error of the fitted |μ|", "1"))
     steps_per_period: int
     quantity: Quantity
-    speed_unit: str
+    speed_unit: str = field(Attribute(Stored.unit))
     process: dict[str, Any]
     seconds: float
     compiling: float
@@ -81,23 +84,6 @@ class March:
     def plot(self, ax: "Axes | None" = None) -> "Axes":
         """The displacement over revolutions or tooth passes, lane by lane as in Fig. 4.13; returns the axes."""
         return by_name("plots.march.plot_march")(self, ax)
-
-    def to_xarray(self) -> "xarray.Dataset":
-        """The march as a labelled dataset, the lanes as one dimension, with units and the model in its attributes."""
-        from lobex.results.march_file import march_to_dataset
-
-        return march_to_dataset(self)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the march to a file, all at once or not at all; its ending says which: .nc (NetCDF-4), which
-        ``lobex.load`` reads back, .mat (MATLAB) or .csv (one row per lane and sample).
-
-        Raises:
-            ValueError: for any other ending, and a place that cannot be written.
-        """
-        from lobex.results.saving import save_dataset
-
-        save_dataset(self.to_xarray(), path)
 
 
 def span(numbers: np.ndarray) -> str:

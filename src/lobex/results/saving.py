@@ -5,11 +5,14 @@ from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 
+import numpy as np
 import xarray
 
 from lobex import _checks
 
 ENDINGS = (".nc", ".mat", ".csv")
+PARTS = {"_real": ", real part", "_imag": ", imaginary part"}
+"""What the names and long names of a complex array's parts end in."""
 
 
 def save_dataset(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
@@ -60,11 +63,12 @@ def in_one_step(target: Path, write: Callable[[Path], object]) -> None:
 
 def in_parts(dataset: xarray.Dataset) -> xarray.Dataset:
     """Real and imaginary parts: a complex type is outside the NetCDF-4 standard and MATLAB cannot read it."""
-    if "multiplier" not in dataset:
-        return dataset
-    multiplier = dataset["multiplier"]
-    parts = {
-        f"multiplier_{part}": values.assign_attrs(long_name=f"{part} part of μ", units="1")
-        for part, values in (("real", multiplier.real), ("imag", multiplier.imag))
-    }
-    return dataset.drop_vars("multiplier").assign(parts)
+    for name, whole in dataset.data_vars.items():
+        if np.iscomplexobj(whole):
+            about = whole.attrs.get("long_name", name)
+            parts = {
+                f"{name}{tail}": values.assign_attrs({**whole.attrs, "long_name": f"{about}{words}"})
+                for values, (tail, words) in zip((whole.real, whole.imag), PARTS.items(), strict=True)
+            }
+            dataset = dataset.drop_vars(str(name)).assign(parts)
+    return dataset

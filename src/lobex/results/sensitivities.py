@@ -1,33 +1,42 @@
 """The result of a sensitivity analysis: a labelled table."""
 
 import json
-import os
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lobex._by_name import by_name
+from lobex.results.fields import Array, Parts, Whole, derived, field
 from lobex.results.limit import Limit
+from lobex.results.result import Result
 from lobex.results.stored import Stored
 from lobex.results.units import shown_gain, shown_speed
 
 if TYPE_CHECKING:
-    import xarray
     from matplotlib.axes import Axes
 
     from lobex.results.band import Band
 
-Array = Any
-
-FORM = "lobex sensitivities 2"
 _MOST_COLUMNS = 5
 _MOST_ROWS = 24
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Sensitivities:
+class _Labels:
+    """Text that tells the places of a dimension apart."""
+
+    def write(self, name: str, value: tuple[str, ...], result: Any, into: Parts) -> None:
+        into.coordinates["parameter"] = "parameter", list(value)
+        into.attributes["parameters"] = json.dumps(value)
+
+    def read(self, name: str, stored: Stored) -> tuple[str, ...]:
+        names = stored.names("parameters")
+        if tuple(stored.array("parameter", "parameter", kind="U")) != names:
+            stored.refuse("has variable 'parameter' with other names than attribute 'parameters'")
+        return names
+
+
+class Sensitivities(Result, form="lobex sensitivities 2"):
     """How the stability limit K moves with every number p of the model, at each speed.
 
     Attributes:
@@ -37,12 +46,15 @@ class Sensitivities:
         limit: the limit, over the n speeds.
     """
 
-    names: tuple[str, ...]
-    value: np.ndarray
-    derivative: np.ndarray
-    limit: Limit
+    names: tuple[str, ...] = field(_Labels())
+    value: np.ndarray = field(Array("speed parameter", "value of p, in SI units"))
+    derivative: np.ndarray = field(
+        Array("speed parameter", lambda table: f"dK/dp, in {table.limit.quantity.unit} per unit of p")
+    )
+    limit: Limit = field(Whole(Limit))
 
     @property
+    @derived(Array("speed parameter", "d ln K / d ln p", "1"), after="names")
     def logarithmic(self) -> np.ndarray:
         """d ln K / d ln p, (n, p): percent of limit per percent of p. Zero for a p of 0, NaN for a limit of 0."""
         gain = np.asarray(self.limit.gain)[:, None]
@@ -93,42 +105,6 @@ class Sensitivities:
     def plot(self, ax: "Axes | None" = None, speed_unit: str | None = None) -> "Axes":
         """The largest sensitivities over speed, or as bars for a single speed; returns the axes."""
         return by_name("plots.sensitivities.plot_sensitivities")(self, ax, speed_unit)
-
-    def to_xarray(self) -> "xarray.Dataset":
-        """The table over the coordinates speed and parameter, with the limit's own variables beside it."""
-        axes = ("speed", "parameter")
-        dataset = self.limit.to_xarray()
-        unit = self.limit.quantity.unit
-        names = {
-            "logarithmic": (self.logarithmic, {"long_name": "d ln K / d ln p", "units": "1"}),
-            "derivative": (self.derivative, {"long_name": f"dK/dp, in {unit} per unit of p"}),
-            "value": (self.value, {"long_name": "value of p, in SI units"}),
-        }
-        dataset = dataset.assign({name: (axes, values, notes) for name, (values, notes) in names.items()})
-        dataset.attrs.update(format=FORM, parameters=json.dumps(self.names))
-        return dataset.assign_coords(parameter=("parameter", list(self.names)))
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the table and its limit to a file, all at once or not at all; its ending says which: .nc (NetCDF-4),
-        which ``lobex.load`` reads back, .mat (MATLAB) or .csv (one row per speed and number).
-
-        Raises:
-            ValueError: for any other ending, and a place that cannot be written.
-        """
-        from lobex.results.saving import save_dataset
-
-        save_dataset(self.to_xarray(), path)
-
-
-def read_sensitivities(stored: Stored, limit: Limit) -> Sensitivities:
-    """The table that ``to_xarray`` made, and whose limit has been read."""
-    axes = ("speed", "parameter")
-    names = stored.names("parameters")
-    if tuple(stored.array("parameter", "parameter", kind="U")) != names:
-        stored.refuse("has variable 'parameter' with other names than attribute 'parameters'")
-    # A product of the others, for who reads the file with another program.
-    stored.array("logarithmic", *axes)
-    return Sensitivities(names, stored.array("value", *axes), stored.array("derivative", *axes), limit)
 
 
 def _row(name: str, wide: int, cells: Any) -> str:

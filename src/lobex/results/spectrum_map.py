@@ -1,17 +1,16 @@
 """Spectra of a rubbing blade over speed, and the speeds at which they are expected to peak."""
 
-import os
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lobex import _checks
 from lobex._by_name import by_name
+from lobex.results.fields import Array, Axis, derived, field
+from lobex.results.result import Result
 from lobex.structures.modes import Modes, check_modes
 
 if TYPE_CHECKING:
-    import xarray
     from matplotlib.axes import Axes
 
     from lobex.results.wear_map import WearMap
@@ -19,8 +18,7 @@ if TYPE_CHECKING:
 _BLOCK = 64
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class SpectrumMap:
+class SpectrumMap(Result, form="lobex spectrum 1"):
     """Amplitudes of the tip's motion over speed and frequency, on each speed's own frequencies.
 
     Attributes:
@@ -32,14 +30,15 @@ class SpectrumMap:
         window: the window used.
     """
 
-    speed: np.ndarray
-    order: np.ndarray
-    amplitude: np.ndarray
-    natural_frequency: np.ndarray
+    speed: np.ndarray = field(Axis("speed", "rotational frequency", "Hz"))
+    order: np.ndarray = field(Axis("order", "frequency divided by speed", "1", increasing=True))
+    amplitude: np.ndarray = field(Array("speed order", "amplitude of the tip", "m"))
+    natural_frequency: np.ndarray = field(Array("mode", "natural frequency", "Hz", known=True))
     nodal_diameters: int
     window: str
 
     @property
+    @derived(Axis("speed order", "frequency", "Hz"), after="order")
     def frequency(self) -> np.ndarray:
         """Frequency of every point, Hz, (n, m)."""
         return self.speed[:, None] * self.order
@@ -69,23 +68,6 @@ class SpectrumMap:
         ``highest`` is the highest frequency drawn, Hz; ``orders`` the number of engine orders drawn. Returns the axes.
         """
         return by_name("plots.spectrum.plot_spectrum")(self, ax, highest, orders)
-
-    def to_xarray(self) -> "xarray.Dataset":
-        """The map as a labelled dataset over speed and engine order."""
-        from lobex.results.wear_file import spectrum_to_dataset
-
-        return spectrum_to_dataset(self)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the map to a file, all at once or not at all; its ending says which: .nc (NetCDF-4), which
-        ``lobex.load`` reads back, .mat (MATLAB) or .csv (one row per speed and order).
-
-        Raises:
-            ValueError: for any other ending, and a place that cannot be written.
-        """
-        from lobex.results.saving import save_dataset
-
-        save_dataset(self.to_xarray(), path)
 
 
 def amplitude_spectrum(signal: np.ndarray, window: str = "flattop") -> np.ndarray:

@@ -1,13 +1,16 @@
 """What a file says of a result, each field checked as it is taken out."""
 
 import json
-from typing import Any, NoReturn
+import math
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
-import xarray
 
 from lobex.processes.quantity import Quantity
 from lobex.results.codes import Code
+
+if TYPE_CHECKING:
+    import xarray
 
 _KINDS = {"f": "float64", "i": "whole numbers", "U": "text"}
 
@@ -21,7 +24,7 @@ class Stored:
         source: where it is from, as messages begin: "path = 'mill.nc'".
     """
 
-    def __init__(self, dataset: xarray.Dataset, source: str) -> None:
+    def __init__(self, dataset: "xarray.Dataset", source: str) -> None:
         self._dataset, self._source = dataset, source
 
     def array(self, name: str, *dims: str, kind: str = "f") -> np.ndarray:
@@ -112,12 +115,15 @@ class Stored:
             self.refuse(f"has attribute {name!r} that is not a list of names")
         return tuple(value)
 
-    def sizes(self, name: str) -> tuple[int, ...]:
-        """An attribute that is a shape in JSON."""
-        value = self.json(name)
-        if not isinstance(value, list) or not all(type(v) is int and v >= 0 for v in value):
+    def places(self, dim: str) -> tuple[int, ...]:
+        """The shape, an attribute in JSON, of the places that lie along one dimension."""
+        name, size = f"{dim}s", self.size(dim)
+        shape = self.json(name)
+        if not isinstance(shape, list) or not all(type(v) is int and v >= 0 for v in shape):
             self.refuse(f"has attribute {name!r} that is not a list of sizes")
-        return tuple(value)
+        if math.prod(shape) != size:
+            self.refuse(f"has attribute {name!r} = {shape}, which are not the {size} {name} it holds")
+        return tuple(shape)
 
     def description(self, name: str) -> dict[str, Any]:
         """An attribute that describes a model; see ``results.description``."""

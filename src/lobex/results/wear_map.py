@@ -1,8 +1,6 @@
 """The result of a wear march."""
 
-import os
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,17 +8,17 @@ import numpy as np
 from lobex import _checks
 from lobex._by_name import by_name
 from lobex.results.description import in_words, wall_time
+from lobex.results.fields import Array, Attribute, Axis, field
+from lobex.results.result import Result
 
 if TYPE_CHECKING:
-    import xarray
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
     from lobex.results.spectrum_map import SpectrumMap
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class WearMap:
+class WearMap(Result, form="lobex wear map 2"):
     """What a rubbing blade left of its casing, and how it moved, over n lanes of speeds.
 
     Lanes that blew up are NaN in every array but the speeds.
@@ -51,27 +49,29 @@ class WearMap:
         failed: number of lanes that are NaN.
     """
 
-    speed: np.ndarray
-    speed_history: np.ndarray
-    angle: np.ndarray
-    unworn: np.ndarray
-    depth: np.ndarray
-    wear: np.ndarray
-    displacement: np.ndarray
-    amplitude: np.ndarray
-    contact: np.ndarray
-    input_energy: np.ndarray
-    removal_energy: np.ndarray
-    damping_energy: np.ndarray
-    stored_energy: np.ndarray
+    speed: np.ndarray = field(Axis("lane", "rotational frequency", "Hz"))
+    speed_history: np.ndarray = field(
+        Array("lane revolution", "rotational frequency of every revolution", "Hz", known=True)
+    )
+    angle: np.ndarray = field(Axis("angle", "casing position", "rad", increasing=True))
+    unworn: np.ndarray = field(Array("angle", "profile before wear", "m"))
+    depth: np.ndarray = field(Array("lane angle", "depth removed", "m"))
+    wear: np.ndarray = field(Array("lane revolution", "cross-section removed", "m2"))
+    displacement: np.ndarray = field(Array("lane sample", "displacement of the tip", "m"))
+    amplitude: np.ndarray = field(Array("lane revolution", "largest displacement of the tip", "m"))
+    contact: np.ndarray = field(Array("lane revolution", "share of time in contact", "1"))
+    input_energy: np.ndarray = field(Array("lane revolution", "work of the contact that drives the tip back", "J"))
+    removal_energy: np.ndarray = field(Array("lane revolution", "work of the tip on the coating", "J"))
+    damping_energy: np.ndarray = field(Array("lane revolution", "energy lost in damping", "J"))
+    stored_energy: np.ndarray = field(Array("lane revolution", "kinetic and strain energy at the end", "J"))
     samples_per_revolution: int
     lag: int
     usable_orders: int
-    natural_frequency: np.ndarray
+    natural_frequency: np.ndarray = field(Array("mode", "natural frequency", "Hz", known=True))
     nodal_diameters: int
     radius: float
     axial_width: float
-    model: dict[str, Any]
+    model: dict[str, Any] = field(Attribute(lambda stored, name: stored.descriptions(name, "modes", "casing", "law")))
     seconds: float
     compiling: float
     failed: int
@@ -179,20 +179,3 @@ class WearMap:
         ``axes`` are two axes to draw into, for amplitude and for wear.
         """
         return by_name("plots.wear.plot_history")(self, axes)
-
-    def to_xarray(self) -> "xarray.Dataset":
-        """The map as a labelled dataset, with units and the model in its attributes."""
-        from lobex.results.wear_file import wear_map_to_dataset
-
-        return wear_map_to_dataset(self)
-
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the map to a file, all at once or not at all; its ending says which: .nc (NetCDF-4), which
-        ``lobex.load`` reads back, or .mat (MATLAB). Its arrays share no rows, so that .csv is refused.
-
-        Raises:
-            ValueError: for any other ending, and a place that cannot be written.
-        """
-        from lobex.results.saving import save_dataset
-
-        save_dataset(self.to_xarray(), path)

@@ -80,7 +80,7 @@ def _listed(attributes: dict[Any, Any]) -> dict[str, Any]:
 
 def study_from(dataset: xarray.Dataset, source: str) -> Study:
     """The study that a file was made of, once every result in it has been looked at."""
-    from lobex.results.netcdf import result_of
+    from lobex.results.register import result_of
 
     stored = Stored(dataset, source)
     axes: Axes = {}

@@ -7,20 +7,19 @@ import xarray
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
+from lobex.results.saving import PARTS
 from lobex.studies.axes import shape_of
 from lobex.studies.blocks import Blocks
 
 Array = Any
 
-COMPLEX = "multiplier"
-"""The one complex array, which files hold as its real and imaginary part."""
-
 
 def values_of(dataset: xarray.Dataset, name: str) -> np.ndarray:
-    """An array of a chunk."""
-    if name == COMPLEX and name not in dataset:
-        return dataset[f"{name}_real"].to_numpy() + 1j * dataset[f"{name}_imag"].to_numpy()
-    return dataset[name].to_numpy()
+    """An array of a chunk, complex where that holds its parts."""
+    if name in dataset:
+        return dataset[name].to_numpy()
+    real, imaginary = (dataset[f"{name}{tail}"].to_numpy() for tail in PARTS)
+    return real + 1j * imaginary
 
 
 class LazyArray(BackendArray):

@@ -114,7 +114,7 @@ class Store:
     def read(self, number: int, name: str | None = None) -> xarray.Dataset:
         """A chunk's dataset, its checksum compared and its fields looked at. ``Damage`` where it is not what it was, or
         not there."""
-        from lobex.results.netcdf import result_of
+        from lobex.results.register import result_of
 
         name = self.present().get(number) if name is None else name
         if name is None:

@@ -11,9 +11,10 @@ import xarray
 from xarray.core import indexing
 
 from lobex.results.description import wall_time
+from lobex.results.saving import PARTS
 from lobex.studies.axes import in_words, shape_of
 from lobex.studies.blocks import Blocks, InStore
-from lobex.studies.lazy import COMPLEX, LazyArray
+from lobex.studies.lazy import LazyArray
 from lobex.studies.store import Store
 
 if TYPE_CHECKING:
@@ -110,7 +111,7 @@ class Study:
         Raises:
             ValueError: for an axis that is missing or unknown, a value that the axis does not have, an index outside.
         """
-        from lobex.results.netcdf import result_of
+        from lobex.results.register import result_of
 
         dataset = self.whole(self._combination(where))
         result: Any = result_of(dataset, self.blocks.source)
@@ -174,15 +175,15 @@ class Study:
         further = tuple(self.over)
         sizes = self.sizes
         arrays: dict[str, Any] = {}
+        (real, real_part), (imaginary, _) = PARTS.items()
         for name, variable in self._first.data_vars.items():
-            stem, _, part = str(name).rpartition("_")
-            if RAGGED in variable.dims or (stem == COMPLEX and part == "imag"):
+            own, about = str(name).removesuffix(real), variable.attrs["long_name"].removesuffix(real_part)
+            if RAGGED in variable.dims or own.endswith(imaginary):
                 continue
-            own = COMPLEX if stem == COMPLEX else str(name)
             dims = tuple(map(str, variable.dims))
             lazy = LazyArray(self.blocks, own, dims, self.along, tuple(sizes[d] for d in dims))
-            attributes = {"long_name": "dominant Floquet multiplier μ", "units": "1"} if stem == COMPLEX else None
-            arrays[own] = ((*further, *dims), indexing.LazilyIndexedArray(lazy), attributes or variable.attrs)
+            attributes = {**variable.attrs, "long_name": about}
+            arrays[own] = ((*further, *dims), indexing.LazilyIndexedArray(lazy), attributes)
         blocks = [self.blocks.chunk(i)["speed"].to_numpy() for i in range(self.blocks.plan.blocks)]
         first = {str(name): coordinate for name, coordinate in self._first.coords.items()}
         coordinates: dict[str, Any] = {name: (name, values) for name, values in self.over.items()}

@@ -1,0 +1,38 @@
+"""What all results can do: become labelled arrays, and files."""
+
+import os
+from typing import TYPE_CHECKING, ClassVar
+
+from lobex.results.fields import Fields, Parts, write
+
+if TYPE_CHECKING:
+    import xarray
+
+
+class Result(Fields):
+    """What a verb hands back; ``form`` is the name and number of its files' format."""
+
+    form: ClassVar[str]
+
+    def __init_subclass__(cls, form: str) -> None:
+        super().__init_subclass__()
+        cls.form = form
+
+    def to_xarray(self) -> "xarray.Dataset":
+        """The result as a labelled dataset, with units, and with the model in its attributes."""
+        import xarray
+
+        parts = Parts({}, {}, {"format": self.form})
+        write(self, parts)
+        return xarray.Dataset(parts.variables, parts.coordinates, parts.attributes)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Write the result to a file, all at once or not at all; its ending says which: .nc (NetCDF-4), which
+        ``lobex.load`` reads back, .mat (MATLAB) or .csv (one row per point, where all its arrays share rows).
+
+        Raises:
+            ValueError: for any other ending, a place that cannot be written, and a .csv file of arrays that share none.
+        """
+        from lobex.results.saving import save_dataset
+
+        save_dataset(self.to_xarray(), path)
