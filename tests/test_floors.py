@@ -1,6 +1,7 @@
 """Every import between folders goes down, those for type checkers and those within functions included."""
 
 import ast
+from collections import Counter
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
@@ -74,3 +75,12 @@ def test_ways_up_lead_somewhere_and_are_taken_where_an_import_would_close_a_circ
         mine, there = file.relative_to(ROOT).parts[0], place(f"lobex.{name}")
         with pytest.raises(CycleError):
             list(TopologicalSorter({**below, mine: {*below[mine], there}}).static_order())
+
+
+# Pairs that wait for a rename.
+TWICE = {"axis.py", "boundary.py", "polish.py"}
+
+
+def test_a_file_name_occurs_once():
+    count = Counter(file.name for file in FILES if file.name != "__init__.py")
+    assert {name for name, times in count.items() if times > 1} <= TWICE

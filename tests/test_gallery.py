@@ -11,7 +11,7 @@ import xarray
 import lobex
 import lobex.gallery
 from commands import run
-from lobex.gallery.files import save_numbers
+from lobex.gallery.numbers import save_numbers
 from lobex.gallery.registry import NAMES, figure, figures
 from lobex.shell.reproduce_arguments import Reproduce
 
@@ -317,7 +317,7 @@ def test_bad_input_is_one_line_and_exit_code_2(arguments, words, shell):
 
 
 def test_an_interrupt_tells_what_is_done(monkeypatch, tmp_path):
-    import lobex.shell.reproduce as shell
+    import lobex.shell.reproduce_command as shell
 
     def make(chosen, files):
         if chosen.name == "fig-4.3":

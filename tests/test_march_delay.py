@@ -13,9 +13,9 @@ import lobex
 from cases import MILL, MULTIPLIER_CASES, MULTIPLIER_TOOLS, ROD, label, milling, point
 from lobex.grids.sweep import SweepWarning
 from lobex.marches.delay import march_delay
+from lobex.marches.fed_vibrations import fastest_fed
 from lobex.marches.growth_fit import fit_growth
 from lobex.marches.linear import march_system
-from lobex.marches.resolution import fastest_fed
 from lobex.marches.start import growing_history
 
 RATE = np.log(1.0005) / 1e-6

@@ -11,7 +11,7 @@ from lobex.marches.delay import march_delay
 from lobex.marches.start import growing_history
 from lobex.shell import march_arguments as shell
 from lobex.shell.arguments import Output
-from lobex.shell.march import run_march
+from lobex.shell.march_command import run_march
 
 
 def pulse(time):

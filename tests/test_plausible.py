@@ -15,7 +15,7 @@ from lobex.processes.plausible import implausible
 from lobex.processes.process import check_speed
 from lobex.results.rebuild import rebuild
 from lobex.shell import arguments
-from lobex.shell.lobes import run_lobes
+from lobex.shell.lobes_command import run_lobes
 
 # In silence: 100 rev/s of a tool at 146.5 Hz, whose limit there is 1.19 mm.
 TOOL = lobex.Modes.single(frequency=146.5, damping_ratio=0.03, mass=2.573)

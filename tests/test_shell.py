@@ -13,8 +13,8 @@ import lobex
 from commands import run
 from lobex.shell import environment
 from lobex.shell.arguments import Lobes
+from lobex.shell.from_flags import process_of
 from lobex.shell.limit_arguments import Limit
-from lobex.shell.models import process_of
 from lobex.shell.parser import parse
 from lobex.shell.values import parse_grid, parse_values
 

@@ -13,8 +13,8 @@ from scipy.signal import find_peaks
 import lobex
 from cases import assert_same_fields
 from lobex.shell.arguments import Output
-from lobex.shell.wear import run_wear
 from lobex.shell.wear_arguments import BladeFlags, ContactFlags, Wear, WearFlags
+from lobex.shell.wear_command import run_wear
 
 ROD = lobex.Rod(3).modes(0.03)
 BLADE = lobex.Rod(10).modes(0.03)

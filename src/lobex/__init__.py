@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from lobex.studies.charts import sweep
     from lobex.studies.limits import critical_gain
     from lobex.studies.study import Study
-    from lobex.studies.wear import march_wear
+    from lobex.studies.wear_marches import march_wear
     from lobex.systems.system import DelaySystem
     from lobex.verbs import monodromy, multipliers, spectral_radius
 
@@ -96,7 +96,7 @@ _HOME = {
     "limit_curve": "limits.adaptive",
     "load": "files",
     "march_delay": "marches.delay",
-    "march_wear": "studies.wear",
+    "march_wear": "studies.wear_marches",
     "monodromy": "verbs",
     "multipliers": "verbs",
     "sensitivities": "limits.sensitivity",

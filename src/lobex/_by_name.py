@@ -9,6 +9,6 @@ from typing import Any
 
 
 def by_name(name: str) -> Any:
-    """What ``name``, such as "plots.chart.plot_chart", stands for."""
+    """What ``name``, such as "plots.chart_picture.plot_chart", stands for."""
     module, _, attribute = name.rpartition(".")
     return getattr(import_module(f"lobex.{module}"), attribute)

@@ -117,7 +117,7 @@ class Casing:
 
     def plot(self, ax: "Axes | None" = None, magnification: float | None = None) -> "Axes":
         """The profile in polar form, exaggerated by ``magnification`` (said in the picture); returns the axes."""
-        return by_name("plots.casing.plot_casing")(self, ax, magnification)
+        return by_name("plots.casing_pictures.plot_casing")(self, ax, magnification)
 
 
 def check_casing(casing: Any) -> None:

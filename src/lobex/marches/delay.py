@@ -11,8 +11,8 @@ from lobex import _checks
 from lobex._float64 import at_once, widened
 from lobex._timing import timed
 from lobex.marches.growth_fit import MOST_PERIODS, fit_growth
-from lobex.marches.lanes import check_length, check_steps, lanes_of, warn_of_lost_lanes
 from lobex.marches.linear import Motion, march_system, steps_ahead, steps_back
+from lobex.marches.march_lanes import check_length, check_steps, lanes_of, warn_of_lost_lanes
 from lobex.marches.start import History, sample_history, starting_state
 from lobex.processes.process import Process, check_process
 from lobex.processes.quantity import quantity_of

@@ -12,7 +12,7 @@ from lobex._float64 import at_once, widened
 from lobex._timing import timed
 from lobex.contact.laws import ContactLaw, Plastic, check_law
 from lobex.marches.cutting import Pass, march_cut
-from lobex.marches.lanes import check_length, check_steps, lanes_of, warn_of_lost_lanes
+from lobex.marches.march_lanes import check_length, check_steps, lanes_of, warn_of_lost_lanes
 from lobex.marches.start import History, sample_history, starting_state
 from lobex.processes.quantity import DEPTH_OF_CUT
 from lobex.processes.regenerative import Turning

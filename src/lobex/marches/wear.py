@@ -22,8 +22,8 @@ from lobex.contact.casing import Casing, check_casing
 from lobex.contact.laws import ContactLaw, check_law
 from lobex.marches.central_difference import highest_frequency
 from lobex.marches.decimation import LENGTH, factor_for, filter_matrix, lag_of, usable_orders
-from lobex.marches.lanes import check_steps
-from lobex.marches.resolution import check_cells
+from lobex.marches.fed_vibrations import check_cells
+from lobex.marches.march_lanes import check_steps
 from lobex.marches.rub_revolution import Totals, at_rest, revolve
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import check_speed

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lobex import _checks
-from lobex.plots.axes import one_of
+from lobex.plots.frame import one_of
 from lobex.results.spectrum_map import critical_speeds_of
 from lobex.structures.modes import Modes, check_modes
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import matplotlib.pyplot as plt
 import numpy as np
 
-from lobex.plots.axes import gain_label, speed_axis
+from lobex.plots.frame import gain_label, speed_axis
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

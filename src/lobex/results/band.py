@@ -93,4 +93,4 @@ class Band:
         ``ax``, ``axes``, ``speed_unit`` and ``label`` as ``Limit.plot`` takes them.
         """
         band = (*self.interval(deviations), f"± {deviations:g} standard deviations")
-        return by_name("plots.limit.plot_limit")(self.limit, ax, axes, speed_unit, label, band)
+        return by_name("plots.limit_picture.plot_limit")(self.limit, ax, axes, speed_unit, label, band)

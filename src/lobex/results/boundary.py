@@ -129,4 +129,4 @@ class Boundary(Result, form="lobex boundary 2"):
 
     def plot(self, ax: "Axes | None" = None, speed_unit: str | None = None) -> "Axes":
         """The curves, their kinds by colour and dash, with ticks on the unstable side; returns the axes."""
-        return by_name("plots.boundary.plot_boundary")(self, ax, speed_unit)
+        return by_name("plots.boundary_picture.plot_boundary")(self, ax, speed_unit)

@@ -134,4 +134,4 @@ class Chart(Result, form="lobex chart 4"):
             speed_unit: "Hz" or "rpm", by default what the process is usually drawn in.
             boundary: ``lobex.boundary(chart)``, to draw its curves in place of the map's own line.
         """
-        return by_name("plots.chart.plot_chart")(self, ax, speed_unit, boundary)
+        return by_name("plots.chart_picture.plot_chart")(self, ax, speed_unit, boundary)

@@ -87,4 +87,4 @@ class Cut(Result, form="lobex cut 2"):
 
         ``what`` is "displacement", "chip_thickness" or "force".
         """
-        return by_name("plots.cut.plot_cut")(self, ax, what)
+        return by_name("plots.cut_picture.plot_cut")(self, ax, what)

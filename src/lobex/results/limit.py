@@ -159,4 +159,4 @@ class Limit(Result, form="lobex limit 2"):
         Raises:
             ValueError: for both of ``ax`` and ``axes``, and a ``label`` without ``ax``.
         """
-        return by_name("plots.limit.plot_limit")(self, ax, axes, speed_unit, label)
+        return by_name("plots.limit_picture.plot_limit")(self, ax, axes, speed_unit, label)

@@ -83,7 +83,7 @@ class March(Result, form="lobex march 2"):
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
         """The displacement over revolutions or tooth passes, lane by lane as in Fig. 4.13; returns the axes."""
-        return by_name("plots.march.plot_march")(self, ax)
+        return by_name("plots.march_picture.plot_march")(self, ax)
 
 
 def span(numbers: np.ndarray) -> str:

@@ -104,7 +104,7 @@ class Sensitivities(Result, form="lobex sensitivities 2"):
 
     def plot(self, ax: "Axes | None" = None, speed_unit: str | None = None) -> "Axes":
         """The largest sensitivities over speed, or as bars for a single speed; returns the axes."""
-        return by_name("plots.sensitivities.plot_sensitivities")(self, ax, speed_unit)
+        return by_name("plots.sensitivities_picture.plot_sensitivities")(self, ax, speed_unit)
 
 
 def _row(name: str, wide: int, cells: Any) -> str:

@@ -67,7 +67,7 @@ class SpectrumMap(Result, form="lobex spectrum 1"):
 
         ``highest`` is the highest frequency drawn, Hz; ``orders`` the number of engine orders drawn. Returns the axes.
         """
-        return by_name("plots.spectrum.plot_spectrum")(self, ax, highest, orders)
+        return by_name("plots.spectrum_picture.plot_spectrum")(self, ax, highest, orders)
 
 
 def amplitude_spectrum(signal: np.ndarray, window: str = "flattop") -> np.ndarray:

@@ -167,15 +167,15 @@ class WearMap(Result, form="lobex wear map 2"):
 
     def plot(self, ax: "Axes | None" = None, speed_along: str = "x") -> "Axes":
         """The depth removed over speed and casing position, Fig. 1.3, speed along "x" or "y"; returns the axes."""
-        return by_name("plots.wear.plot_wear")(self, ax, speed_along)
+        return by_name("plots.wear_pictures.plot_wear")(self, ax, speed_along)
 
     def plot_casing(self, speed: float, ax: "Axes | None" = None, magnification: float | None = None) -> "Axes":
         """The worn casing at the lane nearest to ``speed`` (Hz), in polar form and exaggerated; returns the axes."""
-        return by_name("plots.casing.plot_worn_casing")(self, self.nearest(speed), ax, magnification)
+        return by_name("plots.casing_pictures.plot_worn_casing")(self, self.nearest(speed), ax, magnification)
 
     def plot_history(self, axes: "Sequence[Axes] | None" = None) -> "Figure":
         """Amplitude and wear of every revolution over its speed (a ramp) or over the revolutions; returns the figure.
 
         ``axes`` are two axes to draw into, for amplitude and for wear.
         """
-        return by_name("plots.wear.plot_history")(self, axes)
+        return by_name("plots.wear_pictures.plot_history")(self, axes)

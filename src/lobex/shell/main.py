@@ -40,18 +40,18 @@ def _chosen() -> Callable[[], None]:
     import warnings
 
     from lobex.shell.arguments import Lobes
-    from lobex.shell.limit import run_limit
     from lobex.shell.limit_arguments import Limit
-    from lobex.shell.lobes import run_lobes
-    from lobex.shell.march import run_march
+    from lobex.shell.limit_command import run_limit
+    from lobex.shell.lobes_command import run_lobes
     from lobex.shell.march_arguments import March
+    from lobex.shell.march_command import run_march
     from lobex.shell.parser import parse
-    from lobex.shell.reproduce import run_reproduce
     from lobex.shell.reproduce_arguments import Reproduce
-    from lobex.shell.store import run_store
+    from lobex.shell.reproduce_command import run_reproduce
     from lobex.shell.store_arguments import Store
-    from lobex.shell.wear import run_wear
+    from lobex.shell.store_command import run_store
     from lobex.shell.wear_arguments import Wear
+    from lobex.shell.wear_command import run_wear
 
     runs: dict[type, Callable[[Any], None]] = {
         Lobes: run_lobes,

@@ -11,11 +11,11 @@ import xarray
 
 from lobex.results.saving import checked, in_one_step, save_dataset
 from lobex.results.stored import Stored
-from lobex.studies.axes import Axes, check_name, shape_of
 from lobex.studies.blocks import ATTRIBUTES, InFile
 from lobex.studies.plan import Plan
 from lobex.studies.slabs import coordinates_of
 from lobex.studies.study import FORM, RAGGED, Study, widened
+from lobex.studies.variation import Axes, check_name, shape_of
 
 _AXES = "over"
 

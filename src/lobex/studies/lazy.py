@@ -8,8 +8,8 @@ from xarray.backends import BackendArray
 from xarray.core import indexing
 
 from lobex.results.saving import PARTS
-from lobex.studies.axes import shape_of
 from lobex.studies.blocks import Blocks
+from lobex.studies.variation import shape_of
 
 Array = Any
 

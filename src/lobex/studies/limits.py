@@ -14,8 +14,8 @@ from lobex.processes.plausible import implausible
 from lobex.processes.process import Process, check_process, check_speed
 from lobex.results.description import describe
 from lobex.results.limit import Limit
-from lobex.studies.axes import Variation, axes_of
 from lobex.studies.task import COPIES, Numbers, Over, Path, Share, Task
+from lobex.studies.variation import Variation, axes_of
 
 if TYPE_CHECKING:
     from lobex.studies.study import Study

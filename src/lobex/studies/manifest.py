@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from lobex import _checks
-from lobex.studies.axes import check_name
 from lobex.studies.plan import Plan
+from lobex.studies.variation import check_name
 
 FORM = "lobex store 1"
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lobex._memory import available_memory
-from lobex.studies.axes import Axes, shape_of
+from lobex.studies.variation import Axes, shape_of
 
 # Part of the memory left that the results of one chunk may take.
 _SHARE = 1 / 8

@@ -13,7 +13,6 @@ from lobex._memory import check_memory
 from lobex._timing import timed
 from lobex._warnings import SweepWarning, warn
 from lobex.results.saving import in_parts
-from lobex.studies.axes import in_words, numbers_at
 from lobex.studies.blocks import InMemory, InStore
 from lobex.studies.interruption import Interruption, postponed
 from lobex.studies.manifest import manifest_of
@@ -23,6 +22,7 @@ from lobex.studies.slabs import plain
 from lobex.studies.store import Store
 from lobex.studies.study import Study
 from lobex.studies.task import COPIES, Task
+from lobex.studies.variation import in_words, numbers_at
 from lobex.studies.warned import Collected
 
 # Frames between a user's call of a verb and what warns here.

@@ -12,10 +12,10 @@ from xarray.core import indexing
 
 from lobex.results.description import wall_time
 from lobex.results.saving import PARTS
-from lobex.studies.axes import in_words, shape_of
 from lobex.studies.blocks import Blocks, InStore
 from lobex.studies.lazy import LazyArray
 from lobex.studies.store import Store
+from lobex.studies.variation import in_words, shape_of
 
 if TYPE_CHECKING:
     from lobex.results.chart import Chart

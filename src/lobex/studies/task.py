@@ -10,7 +10,7 @@ import numpy as np
 from lobex.results.chart import Chart
 from lobex.results.limit import Limit
 from lobex.results.wear_map import WearMap
-from lobex.studies.axes import Variation
+from lobex.studies.variation import Variation
 
 Result = Chart | Limit | WearMap
 Path = str | os.PathLike[str]

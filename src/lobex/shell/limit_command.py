@@ -8,8 +8,15 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lobex import _checks
+from lobex.shell.from_flags import (
+    check_discretization,
+    method_of,
+    output_files,
+    process_of,
+    speed_text,
+    speeds_and_gains,
+)
 from lobex.shell.limit_arguments import Limit as LimitCommand
-from lobex.shell.models import check_discretization, method_of, output_files, process_of, speed_text, speeds_and_gains
 from lobex.shell.pictures import drawn
 from lobex.shell.shares import shared
 from lobex.shell.values import is_range

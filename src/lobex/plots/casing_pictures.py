@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from lobex import _checks
-from lobex.plots.axes import one_of
+from lobex.plots.frame import one_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

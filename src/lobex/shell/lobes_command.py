@@ -6,7 +6,7 @@ import numpy as np
 
 from lobex.results.units import shown_gain, shown_speed
 from lobex.shell import arguments
-from lobex.shell.models import check_discretization, method_of, output_files, process_of, speeds_and_gains
+from lobex.shell.from_flags import check_discretization, method_of, output_files, process_of, speeds_and_gains
 from lobex.shell.pictures import drawn
 from lobex.shell.shares import shared
 

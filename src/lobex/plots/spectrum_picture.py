@@ -6,10 +6,10 @@ import numpy as np
 from matplotlib.colors import LogNorm
 
 from lobex import _checks
-from lobex.plots.axes import one_of
 from lobex.plots.campbell import draw_engine_orders, draw_natural_frequencies
+from lobex.plots.frame import one_of
 from lobex.plots.pooling import on_common_frequencies, speed_order
-from lobex.plots.wear import COLOURS, mark_critical_speeds
+from lobex.plots.wear_pictures import COLOURS, mark_critical_speeds
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

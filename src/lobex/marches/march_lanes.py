@@ -6,7 +6,7 @@ import numpy as np
 
 from lobex._memory import check_memory
 from lobex._warnings import SweepWarning, warn
-from lobex.marches.resolution import STEPS_PER_WAVE, fastest_fed
+from lobex.marches.fed_vibrations import STEPS_PER_WAVE, fastest_fed
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_gain, check_speed
 from lobex.processes.quantity import Quantity

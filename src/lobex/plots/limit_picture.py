@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, cast
 import matplotlib.pyplot as plt
 import numpy as np
 
-from lobex.plots.axes import frequency_label, gain_label, legend_above, one_of, several_of, speed_axis
+from lobex.plots.frame import frequency_label, gain_label, legend_above, one_of, several_of, speed_axis
 from lobex.results.codes import Kind
 
 if TYPE_CHECKING:

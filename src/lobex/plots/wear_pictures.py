@@ -8,7 +8,7 @@ from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.ticker import MaxNLocator
 
 from lobex import _checks
-from lobex.plots.axes import one_of, several_of
+from lobex.plots.frame import one_of, several_of
 from lobex.plots.pooling import pooled, speed_order
 from lobex.results.spectrum_map import critical_speeds_of
 

@@ -73,7 +73,7 @@ def _make(figure: Reproduction, files: list[Path]) -> list[Finding]:
     """Compute a figure and write its files."""
     import matplotlib.pyplot as plt
 
-    from lobex.gallery.files import save_numbers
+    from lobex.gallery.numbers import save_numbers
 
     results = figure.compute(1.0)
     save_numbers(figure, results, files[0])

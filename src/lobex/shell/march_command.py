@@ -7,8 +7,8 @@ import numpy as np
 
 from lobex import _checks
 from lobex.processes.quantity import hertz
+from lobex.shell.from_flags import output_files, process_of, speeds_and_gains
 from lobex.shell.march_arguments import MOST_LANES, March, MarchFlags, MarchRub, MarchTurning
-from lobex.shell.models import output_files, process_of, speeds_and_gains
 from lobex.shell.pictures import drawn
 from lobex.shell.values import parse_values
 
@@ -83,7 +83,7 @@ def _comparison(
     process: Any, speed: np.ndarray, gain: np.ndarray, growth: np.ndarray | None, predicted: np.ndarray
 ) -> list[str]:
     """One line per lane: what was found beside what the monodromy operator says."""
-    from lobex.marches.lanes import in_unit
+    from lobex.marches.march_lanes import in_unit
 
     factor, unit = (60, " rpm") if process.speed_unit == "rpm" else (1, hertz(process.speed_unit))
     rows = []
@@ -98,7 +98,7 @@ def _figure(result: Any) -> "Figure":
     import matplotlib.pyplot as plt
 
     if hasattr(result, "chip_thickness"):
-        from lobex.plots.cut import plot_histories
+        from lobex.plots.cut_picture import plot_histories
 
         return plot_histories(result)
     figure, axes = plt.subplots(figsize=(7.0, 4.0), layout="constrained")

@@ -8,7 +8,7 @@ from matplotlib.patches import Rectangle
 
 from lobex import _checks
 from lobex.grids.finer import halved
-from lobex.plots.axes import gain_label, legend_above, one_of, speed_axis
+from lobex.plots.frame import gain_label, legend_above, one_of, speed_axis
 from lobex.plots.section import plot_section
 from lobex.plots.stability_line import LINE, PIXELS, Map, draw_line, map_of
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lobex import _checks
-from lobex.shell.models import output_files, rod_modes_of
+from lobex.shell.from_flags import output_files, rod_modes_of
 from lobex.shell.pictures import drawn
 from lobex.shell.shares import shared
 from lobex.shell.values import parse_grid
@@ -32,7 +32,7 @@ def run_wear(command: Wear) -> None:
         prepare_jax()
         from lobex.contact import laws
         from lobex.contact.casing import Casing
-        from lobex.studies.wear import march_wear
+        from lobex.studies.wear_marches import march_wear
 
         shape = flags.casing
         casing = Casing(

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lobex.plots.axes import one_of, speed_axis
+from lobex.plots.frame import one_of, speed_axis
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
-from lobex.plots.axes import one_of
+from lobex.plots.frame import one_of
 from lobex.processes.quantity import Quantity
 
 if TYPE_CHECKING:

@@ -6,8 +6,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from lobex import _checks
-from lobex.plots.axes import one_of
-from lobex.plots.march import check_lanes, finish, lane_names, prefix_of, reach
+from lobex.plots.frame import one_of
+from lobex.plots.march_picture import check_lanes, finish, lane_names, prefix_of, reach
 from lobex.processes.quantity import DEPTH_OF_CUT
 
 if TYPE_CHECKING:

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.patheffects import TickedStroke
 
-from lobex.plots.axes import gain_label, legend_above, one_of, speed_axis
-from lobex.plots.limit import COLOUR, NAME
+from lobex.plots.frame import gain_label, legend_above, one_of, speed_axis
+from lobex.plots.limit_picture import COLOUR, NAME
 from lobex.results.codes import Kind
 
 if TYPE_CHECKING:
