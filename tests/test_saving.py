@@ -180,7 +180,7 @@ def test_text_of_every_make_is_read():
 class Wobble(Result, form="lobex wobble 1"):
     """A result of one's own."""
 
-    speed: np.ndarray = declare.field(declare.Axis("*lane", "rotational frequency", "Hz"))
+    speed: np.ndarray = declare.field(declare.Coordinate("*lane", "rotational frequency", "Hz"))
     tilt: np.ndarray = declare.field(
         declare.Array("*lane end=2", lambda told: f"tilt by {told.law}", "rad", name="angle")
     )

@@ -223,6 +223,8 @@ def test_failed_points_are_counted_over_all_chunks():
         (lambda: lobex.sweep(RUB, SPEED, GAIN, over={"modes.damping_ratio": [-0.1, 0.1]}), "damping_ratio = [-0.1"),
         (lambda: lobex.sweep(RUB, SPEED, GAIN, over={"modes.damping_ratio": [0.1, np.nan]}), "NaN"),
         (lambda: lobex.sweep(RUB, SPEED, GAIN, over={"speed": [1.0]}), "which the result has already"),
+        (lambda: lobex.sweep(lambda p: RUB, SPEED, GAIN, over={"error": [1.0]}), "which the result has already"),
+        (lambda: lobex.critical_gain(lambda p: RUB, SPEED, (1, 2), over={"edge": [1.0]}), "which the result has alr"),
         (lambda: lobex.sweep(RUB, SPEED, GAIN, over={"a/b": [1.0]}), "without a slash"),
         (lambda: lobex.sweep(lambda p: RUB, SPEED, GAIN), "is no process"),
         (lambda: lobex.sweep(lambda p: 3, SPEED, GAIN, over={"a": [1.0]}), "is no process"),

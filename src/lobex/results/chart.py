@@ -9,7 +9,7 @@ from lobex._warnings import warn
 from lobex.processes.quantity import Quantity
 from lobex.results.codes import PointStatus
 from lobex.results.description import in_words, wall_time
-from lobex.results.fields import Array, Attribute, Axis, Codes, field, in_gain, in_hertz
+from lobex.results.fields import Array, Attribute, Codes, Coordinate, field, in_gain, in_hertz
 from lobex.results.result import Result
 from lobex.results.stored import Stored
 from lobex.results.units import shown_gain, shown_range, shown_speed
@@ -42,8 +42,8 @@ class Chart(Result, form="lobex chart 4"):
         compiling: the part of it in which JAX traced and compiled programs; 0 where they were there already.
     """
 
-    speed: np.ndarray = field(Axis("speed", "rotational frequency", in_hertz, increasing=True))
-    gain: np.ndarray = field(Axis("gain", lambda chart: chart.quantity.name, in_gain, increasing=True))
+    speed: np.ndarray = field(Coordinate("speed", "rotational frequency", in_hertz, increasing=True))
+    gain: np.ndarray = field(Coordinate("gain", lambda chart: chart.quantity.name, in_gain, increasing=True))
     spectral_radius: np.ndarray = field(Array("speed gain", "spectral radius max|μ|", "1"))
     multiplier: np.ndarray = field(Array("speed gain", "dominant Floquet multiplier μ", "1", dtype=np.complex128))
     chatter_frequency: np.ndarray = field(Array("speed gain", "chatter frequency", in_hertz))

@@ -6,7 +6,7 @@ import numpy as np
 
 from lobex._by_name import by_name
 from lobex.results.description import in_words, wall_time
-from lobex.results.fields import Array, Axis, field
+from lobex.results.fields import Array, Coordinate, field
 from lobex.results.march import span
 from lobex.results.result import Result
 
@@ -33,10 +33,10 @@ class Cut(Result, form="lobex cut 2"):
         compiling: the part of it in which JAX traced and compiled programs; 0 where they were there already.
     """
 
-    speed: np.ndarray = field(Axis("*lane", "rotational frequency", "Hz"))
-    depth: np.ndarray = field(Axis("*lane", "depth of cut", "m"))
+    speed: np.ndarray = field(Coordinate("*lane", "rotational frequency", "Hz"))
+    depth: np.ndarray = field(Coordinate("*lane", "depth of cut", "m"))
     feed: float
-    phase: np.ndarray = field(Axis("phase", "revolutions", "1", increasing=True))
+    phase: np.ndarray = field(Coordinate("phase", "revolutions", "1", increasing=True))
     displacement: np.ndarray = field(Array("*lane phase", "tool displacement", "m"))
     chip_thickness: np.ndarray = field(Array("*lane phase", "chip thickness", "m"))
     force: np.ndarray = field(Array("*lane phase", "radial cutting force", "N"))

@@ -64,7 +64,7 @@ class Array:
 
     def write(self, name: str, value: Any, result: Any, into: Parts) -> None:
         """Add the array with its dimensions and what it says for people."""
-        dims, values = tuple(self._sizes()), np.asarray(value, dtype=self.dtype)
+        dims, values = tuple(self.sizes()), np.asarray(value, dtype=self.dtype)
         if self.dims.startswith("*"):
             free = values.ndim - len(dims) + 1
             into.attributes[f"{dims[0]}s"] = json.dumps(values.shape[:free])
@@ -74,7 +74,7 @@ class Array:
 
     def read(self, name: str, stored: Stored) -> np.ndarray:
         """The array, of the axes that it had."""
-        sizes, name = self._sizes(), self.name or name
+        sizes, name = self.sizes(), self.name or name
         values = self._values(stored, name, tuple(sizes))
         for (dim, wanted), size in zip(sizes.items(), values.shape, strict=True):
             if wanted and int(wanted) != size:
@@ -83,7 +83,7 @@ class Array:
             return values
         return values.reshape(*stored.places(next(iter(sizes))), *values.shape[1:])
 
-    def _sizes(self) -> dict[str, str]:
+    def sizes(self) -> dict[str, str]:
         """The lengths of the dimensions, empty where they are free."""
         return {dim: size for dim, _, size in (part.lstrip("*").partition("=") for part in self.dims.split())}
 
@@ -100,7 +100,7 @@ class Array:
 
 
 @dataclasses.dataclass(frozen=True)
-class Axis(Array):
+class Coordinate(Array):
     """What other arrays lie over."""
 
     known: bool = True
@@ -193,6 +193,12 @@ def declared_of(made: type[Fields]) -> dict[str, Declared]:
         whole[own.name] = own.metadata.get("declared") or _BY_TYPE[types[own.name]]
         whole |= {name: declared for name, (after, declared) in following.items() if after == own.name}
     return whole
+
+
+def names_of(made: type[Fields]) -> set[str]:
+    """The names that arrays of a class and their dimensions have in files."""
+    arrays = {kind.name or name: kind for name, kind in declared_of(made).items() if isinstance(kind, Array)}
+    return {*arrays, *(dim for kind in arrays.values() for dim in kind.sizes())}
 
 
 def write(result: Fields, into: Parts) -> None:

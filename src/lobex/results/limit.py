@@ -9,7 +9,7 @@ from lobex._by_name import by_name
 from lobex.processes.quantity import Quantity, hertz
 from lobex.results.codes import Kind, Status
 from lobex.results.description import in_words, wall_time
-from lobex.results.fields import Array, Attribute, Axis, Codes, derived, field, in_gain, in_hertz
+from lobex.results.fields import Array, Attribute, Codes, Coordinate, derived, field, in_gain, in_hertz
 from lobex.results.result import Result
 from lobex.results.stored import Stored
 from lobex.results.units import shown_gain, shown_range, shown_speed
@@ -40,7 +40,7 @@ class Limit(Result, form="lobex limit 2"):
         compiling: the part of it in which JAX traced and compiled programs; 0 where they were there already.
     """
 
-    speed: Any = field(Axis("speed", "rotational frequency", in_hertz))
+    speed: Any = field(Coordinate("speed", "rotational frequency", in_hertz))
     gain: Any = field(Array("speed", lambda limit: f"critical {limit.quantity.name}", in_gain))
     chatter_frequency: Any = field(Array("speed", "chatter frequency", in_hertz))
     kind_code: Any = field(

@@ -7,7 +7,7 @@ import numpy as np
 from lobex._by_name import by_name
 from lobex.processes.quantity import Quantity, hertz
 from lobex.results.description import wall_time
-from lobex.results.fields import Array, Attribute, Axis, field, in_gain, in_hertz
+from lobex.results.fields import Array, Attribute, Coordinate, field, in_gain, in_hertz
 from lobex.results.result import Result
 from lobex.results.stored import Stored
 
@@ -37,10 +37,10 @@ class March(Result, form="lobex march 2"):
         compiling: the part of it in which JAX traced and compiled programs; 0 where they were there already.
     """
 
-    speed: np.ndarray = field(Axis("*lane", "rotational frequency", in_hertz))
-    gain: np.ndarray = field(Axis("*lane", lambda march: march.quantity.name, in_gain))
-    delay: np.ndarray = field(Axis("*lane", "delay, which is the period", "s"))
-    phase: np.ndarray = field(Axis("phase", "time in delays", "1", increasing=True))
+    speed: np.ndarray = field(Coordinate("*lane", "rotational frequency", in_hertz))
+    gain: np.ndarray = field(Coordinate("*lane", lambda march: march.quantity.name, in_gain))
+    delay: np.ndarray = field(Coordinate("*lane", "delay, which is the period", "s"))
+    phase: np.ndarray = field(Coordinate("phase", "time in delays", "1", increasing=True))
     displacement: np.ndarray = field(
         Array(
             "*lane phase output", "displacement at the contact", lambda march: "m" if "modes" in march.process else "1"

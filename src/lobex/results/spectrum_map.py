@@ -6,7 +6,7 @@ import numpy as np
 
 from lobex import _checks
 from lobex._by_name import by_name
-from lobex.results.fields import Array, Axis, derived, field
+from lobex.results.fields import Array, Coordinate, derived, field
 from lobex.results.result import Result
 from lobex.structures.modes import Modes, check_modes
 
@@ -30,15 +30,15 @@ class SpectrumMap(Result, form="lobex spectrum 1"):
         window: the window used.
     """
 
-    speed: np.ndarray = field(Axis("speed", "rotational frequency", "Hz"))
-    order: np.ndarray = field(Axis("order", "frequency divided by speed", "1", increasing=True))
+    speed: np.ndarray = field(Coordinate("speed", "rotational frequency", "Hz"))
+    order: np.ndarray = field(Coordinate("order", "frequency divided by speed", "1", increasing=True))
     amplitude: np.ndarray = field(Array("speed order", "amplitude of the tip", "m"))
     natural_frequency: np.ndarray = field(Array("mode", "natural frequency", "Hz", known=True))
     nodal_diameters: int
     window: str
 
     @property
-    @derived(Axis("speed order", "frequency", "Hz"), after="order")
+    @derived(Coordinate("speed order", "frequency", "Hz"), after="order")
     def frequency(self) -> np.ndarray:
         """Frequency of every point, Hz, (n, m)."""
         return self.speed[:, None] * self.order

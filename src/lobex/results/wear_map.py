@@ -8,7 +8,7 @@ import numpy as np
 from lobex import _checks
 from lobex._by_name import by_name
 from lobex.results.description import in_words, wall_time
-from lobex.results.fields import Array, Attribute, Axis, field
+from lobex.results.fields import Array, Attribute, Coordinate, field
 from lobex.results.result import Result
 
 if TYPE_CHECKING:
@@ -49,11 +49,11 @@ class WearMap(Result, form="lobex wear map 2"):
         failed: number of lanes that are NaN.
     """
 
-    speed: np.ndarray = field(Axis("lane", "rotational frequency", "Hz"))
+    speed: np.ndarray = field(Coordinate("lane", "rotational frequency", "Hz"))
     speed_history: np.ndarray = field(
         Array("lane revolution", "rotational frequency of every revolution", "Hz", known=True)
     )
-    angle: np.ndarray = field(Axis("angle", "casing position", "rad", increasing=True))
+    angle: np.ndarray = field(Coordinate("angle", "casing position", "rad", increasing=True))
     unworn: np.ndarray = field(Array("angle", "profile before wear", "m"))
     depth: np.ndarray = field(Array("lane angle", "depth removed", "m"))
     wear: np.ndarray = field(Array("lane revolution", "cross-section removed", "m2"))

@@ -10,10 +10,10 @@ import xarray
 from lobex.studies.plan import Plan
 from lobex.studies.slabs import plain
 from lobex.studies.store import Store
+from lobex.studies.variation import ATTRIBUTES
 
 # Chunks of a store that are kept for the next question.
 _KEPT = 4
-ATTRIBUTES = "attributes"
 
 
 class Blocks(Protocol):

@@ -110,7 +110,7 @@ def sweep(
         return grids.sweep(process, speed, gain, method, progress=progress)
     from lobex.studies.run import run_study
 
-    variation = Variation(process, axes_of(over))
+    variation = Variation(process, axes_of(over, "sweep"))
     first = variation.at(0)
     check_process(first)
     speeds, gains = _checks.grid("speed", speed, "Hz"), _checks.grid("gain", gain, first.gain.unit)

@@ -11,11 +11,11 @@ import xarray
 
 from lobex.results.saving import checked, in_one_step, save_dataset
 from lobex.results.stored import Stored
-from lobex.studies.blocks import ATTRIBUTES, InFile
+from lobex.studies.blocks import InFile
 from lobex.studies.plan import Plan
 from lobex.studies.slabs import coordinates_of
 from lobex.studies.study import FORM, RAGGED, Study, widened
-from lobex.studies.variation import Axes, check_name, shape_of
+from lobex.studies.variation import ATTRIBUTES, Axes, check_name, shape_of
 
 _AXES = "over"
 
@@ -84,10 +84,11 @@ def study_from(dataset: xarray.Dataset, source: str) -> Study:
 
     stored = Stored(dataset, source)
     axes: Axes = {}
+    verb = stored.text("verb")
     for name in stored.names(_AXES):
-        check_name(name)
+        check_name(name, verb)
         axes[name] = stored.known(name, name, increasing=True)
-    verb, lanes = stored.text("verb"), stored.size("lane" if "lane" in dataset.sizes else "speed")
+    lanes = stored.size("lane" if "lane" in dataset.sizes else "speed")
     stored.array(ATTRIBUTES, *axes, kind="U")
     blocks = InFile(Plan(axes, lanes, lanes), dataset, source)
     result_of(blocks.chunk(0), source)

@@ -107,7 +107,7 @@ def critical_gain(
         return critical.critical_gain(process, speed, bounds, method, scan=scan, progress=progress)
     from lobex.studies.run import run_study
 
-    variation = Variation(process, axes_of(over))
+    variation = Variation(process, axes_of(over, "critical_gain"))
     first = variation.at(0)
     check_process(first)
     speeds = _checks.as_numbers("speed", speed, "Hz")

@@ -107,15 +107,15 @@ def _difference(path: str, stored: Any, wanted: Any) -> str | None:
 
 def _check(body: dict[str, Any]) -> None:
     """Require what a sealed manifest must hold: anybody can seal."""
-    lanes, over, layout = body.get("speed"), body.get("over"), body.get(_LAYOUT)
+    verb, lanes, over, layout = (body.get(name) for name in ("verb", "speed", "over", _LAYOUT))
+    if not isinstance(verb, str) or not isinstance(body.get("settings"), dict):
+        raise ValueError("does not name its verb")
     if not isinstance(over, dict) or not isinstance(lanes, list) or not lanes:
         raise ValueError("does not name its axes")
     for name, values in over.items():
-        check_name(name)
+        check_name(name, verb)
         _checks.grid(f"over[{name!r}]", values)
     numbers = _checks.as_numbers("speed", lanes)
     if numbers is None or numbers.ndim not in (1, 2):
         raise ValueError("has speeds of a shape that no study has")
     _checks.integer(_LAYOUT, layout, 1)
-    if not isinstance(body.get("verb"), str) or not isinstance(body.get("settings"), dict):
-        raise ValueError("does not name its verb")

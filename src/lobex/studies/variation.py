@@ -9,28 +9,34 @@ import numpy as np
 
 from lobex import _checks
 from lobex.limits.parameters import number_names
+from lobex.results.chart import Chart
 from lobex.results.description import describe
+from lobex.results.fields import names_of
+from lobex.results.limit import Limit
+from lobex.results.wear_map import WearMap
 
 Axes = dict[str, np.ndarray]
+ATTRIBUTES = "attributes"
+"""The array of a saved study that says what is said of each of its results."""
 
-# Names that the arrays of results have already.
-_TAKEN = ("speed", "gain", "lane", "angle", "interval", "edge", "revolution", "sample", "mode", "attributes")
+RESULTS = {"sweep": Chart, "critical_gain": Limit, "march_wear": WearMap}
+"""What the verbs of studies hand back."""
 
 
-def axes_of(over: Mapping[str, Any] | None) -> Axes:
-    """The values of every axis, by name, as increasing float64 grids."""
+def axes_of(over: Mapping[str, Any] | None, verb: str) -> Axes:
+    """The values of every axis of a study by ``verb``, by name, as increasing float64 grids."""
     if over is None:
         return {}
     if not isinstance(over, Mapping) or not over:
         raise ValueError(f"over = {_checks.brief(over)} must be a dictionary of one or more grids by name")
     for name in over:
-        check_name(name)
+        check_name(name, verb)
     return {name: _checks.grid(f"over[{name!r}]", values) for name, values in over.items()}
 
 
-def check_name(name: Any) -> None:
-    """Require a name that an axis of a file can have."""
-    if isinstance(name, str) and name in _TAKEN:
+def check_name(name: Any, verb: str) -> None:
+    """Require a name that an axis of the file of a study by ``verb`` can have."""
+    if verb in RESULTS and name in {ATTRIBUTES, *names_of(RESULTS[verb])}:
         raise ValueError(f"over names {name!r}, which the result has already; give the name of a number of the model")
     if not isinstance(name, str) or not name or not name.isprintable() or "/" in name:
         raise ValueError(f"over names {_checks.brief(name)}; give a printable name without a slash")

@@ -111,7 +111,7 @@ def march_wear(
         return wear.march_wear(modes, casing, law, speed, **turns, progress=progress)
     from lobex.studies.run import run_study
 
-    variation = Variation({"modes": modes, "casing": casing, "law": law}, axes_of(over))
+    variation = Variation({"modes": modes, "casing": casing, "law": law}, axes_of(over, "march_wear"))
     for name, least in (("revolutions", 1), ("steps_per_revolution", 16), ("samples_per_revolution", 16)):
         _checks.integer(name, turns[name], least)
     speeds = _checks.as_numbers("speed", speed, "Hz")
