@@ -40,7 +40,7 @@ class BoundaryCurve(Fields):
     @property
     def kind(self) -> np.ndarray:
         """ "hopf", "flip" or "fold", (k,)."""
-        return np.array([Kind(code).words for code in self.kind_code], dtype=str)
+        return Kind.words_of(self.kind_code)
 
 
 class _Curves:

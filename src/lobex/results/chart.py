@@ -61,7 +61,7 @@ class Chart(Result, form="lobex chart 4"):
         """What became of each point, in words, (n, m): "good", "settled again" (left to the dense eigensolver, or by
         characteristic roots to an operator), "above tolerance" (its error may be more than asked for), or "failed" (it
         is NaN)."""
-        return np.array([code.words for code in PointStatus])[self.status_code]
+        return PointStatus.words_of(self.status_code)
 
     @property
     def failed(self) -> int:

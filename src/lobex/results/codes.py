@@ -14,6 +14,11 @@ class Code(IntEnum):
         """Such as "none in range"."""
         return self.name.lower().replace("_", " ")
 
+    @classmethod
+    def words_of(cls, codes: Any) -> np.ndarray:
+        """The words of every one of an array of codes."""
+        return np.array([code.words for code in cls])[np.asarray(codes)]
+
 
 class PointStatus(Code):
     """What became of a point of a chart; of several the worst."""

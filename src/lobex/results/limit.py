@@ -62,7 +62,7 @@ class Limit(Result, form="lobex limit 2"):
     @property
     def kind(self) -> np.ndarray:
         """ "hopf", "flip", "fold", or "" where there is no limit, (n,)."""
-        return np.array([Kind(code).words for code in np.asarray(self.kind_code)], dtype=str)
+        return Kind.words_of(self.kind_code)
 
     @property
     def status(self) -> np.ndarray:
@@ -71,7 +71,7 @@ class Limit(Result, form="lobex limit 2"):
         that kind, frequency and derivatives are those of one of them), "beyond the measured frequencies" (no limit in
         the band of a ``Receptance``; one outside it is not seen), or "undefined" (a vibration without damping neither
         grows nor dies out, whatever the gain)."""
-        return np.array([Status(code).words for code in np.asarray(self.status_code)], dtype=str)
+        return Status.words_of(self.status_code)
 
     @property
     @derived(
