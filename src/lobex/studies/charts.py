@@ -1,11 +1,8 @@
 """``sweep``, with further axes and a store: each chunk is a sweep of its own."""
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, overload
 
 from lobex import _checks
-from lobex._memory import check_memory
-from lobex._timing import timed
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids import sweep as grids
 from lobex.grids.choice import AUTO, AnyMethod, chosen_method
@@ -127,15 +124,7 @@ def sweep(
         lanes=max(_points_of_a_chunk(method, first, float(speeds[0])) // len(gains), 1),
         bytes=COPIES * _BYTES * len(gains),
     )
-    with timed() as spent:
-        study = run_study(task, store, processes, progress)
-    if over is None:
-        check_memory(
-            f"speed and gain make {len(speeds)} × {len(gains)} points, which are all in store = {str(store)!r}",
-            2 * _BYTES * len(speeds) * len(gains),
-            "read parts of it by lobex.Study.open",
-        )
-    return study if over is not None else replace(study.chart(), seconds=spent.seconds, compiling=spent.compiling)
+    return run_study(task, store, processes, progress, over is not None)
 
 
 def _points_of_a_chunk(method: Any, process: Process, speed: float) -> int:

@@ -1,12 +1,10 @@
 """``critical_gain``, with further axes and a store: each chunk is a search of its own."""
 
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any, cast, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
 from lobex import _checks
-from lobex._timing import timed
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids.choice import AUTO, AnyMethod, chosen_method
 from lobex.limits import critical
@@ -127,8 +125,4 @@ def critical_gain(
         lanes=_BY_ROOTS if isinstance(chosen, CharacteristicRoots) else _BY_OPERATORS,
         bytes=COPIES * _BYTES,
     )
-    with timed() as spent:
-        study = run_study(task, store, processes, progress)
-    if over is not None:
-        return study
-    return replace(cast(Limit, study.at()), seconds=spent.seconds, compiling=spent.compiling)
+    return run_study(task, store, processes, progress, over is not None)

@@ -32,9 +32,16 @@ _PATIENCE = 10
 
 
 def run_study(
-    task: Task, store: str | os.PathLike[str] | None, processes: tuple[int, int] | None, progress: bool
-) -> Study:
+    task: Task,
+    store: str | os.PathLike[str] | None,
+    processes: tuple[int, int] | None,
+    progress: bool,
+    further: bool,
+) -> Any:
     """Compute what a store lacks of a study, or without a store all of it in memory.
+
+    Returns:
+        With ``further`` axes the ``Study``, else what the verb alone returns.
 
     Raises:
         ValueError: for a store that holds another study or cannot be written, and what the verb refuses.
@@ -58,8 +65,17 @@ def run_study(
             shared = Store.begin(store, manifest)
             _Work(task, shared.plan, collected, progress).missing_of(shared, *share)
             blocks = InStore(shared)
-    collected.say(plan.chunks, _STACK)
-    return Study(task.verb, blocks, spent.seconds, spent.compiling)
+        collected.say(plan.chunks, _STACK)
+        study = Study(task.verb, blocks, spent.seconds, spent.compiling)
+        if further:
+            return study
+        check_memory(
+            f"speed makes {plan.lanes} lanes, which are all in store = {str(store)!r}",
+            2 * task.bytes / COPIES * plan.lanes,
+            "read parts of it by lobex.Study.open",
+        )
+        result: Any = study.at()
+        return replace(result, seconds=spent.seconds, compiling=spent.compiling)
 
 
 class _Work:

@@ -1,12 +1,10 @@
 """``march_wear``, with further axes and a store: each chunk is a march of its own."""
 
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any, cast, overload
+from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
 from lobex import _checks
-from lobex._timing import timed
 from lobex.contact.casing import Casing
 from lobex.contact.laws import ContactLaw
 from lobex.marches import wear
@@ -129,8 +127,4 @@ def march_wear(
         lanes=max(min(_LANES, _STEPS // steps), 1),
         bytes=COPIES * 8 * (2 * steps_per_revolution + revolutions * (2 * samples_per_revolution + 16)),
     )
-    with timed() as spent:
-        study = run_study(task, store, processes, progress)
-    if over is not None:
-        return study
-    return replace(cast(WearMap, study.at()), seconds=spent.seconds, compiling=spent.compiling)
+    return run_study(task, store, processes, progress, over is not None)
