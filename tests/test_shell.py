@@ -27,15 +27,15 @@ SMALL = {
 
 
 @pytest.mark.parametrize("name", SMALL)
-def test_each_process_writes_its_file_picture_and_summary(name, tmp_path):
-    done = run("lobes", name, *SMALL[name], "--out", "here", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
+def test_each_process_writes_its_file_picture_and_summary(name, shell, tmp_path):
+    done = shell("lobes", name, *SMALL[name], "--out", "here")
+    assert done.code == 0, done.err
     assert sorted(p.name for p in tmp_path.iterdir()) == ["here.nc", "here.png"]
     chart = lobex.load(tmp_path / "here.nc")
     assert np.isfinite(chart.spectral_radius).all()
     assert min(plt.imread(tmp_path / "here.png").shape[:2]) > 500
     for part in ("speeds ×", "method", "wall time", "limit", "here.nc"):
-        assert part in done.stdout
+        assert part in done.out
 
 
 def test_limit_writes_its_file_table_and_picture(tmp_path):
@@ -58,17 +58,17 @@ def test_limit_writes_its_file_table_and_picture(tmp_path):
     assert "smallest limit" in done.stdout
 
 
-def test_exact_limit_in_the_shell(tmp_path):
-    done = run("limit", "rub", "--speed", "60:400:35", "--exact", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
+def test_exact_limit_in_the_shell(shell, tmp_path):
+    done = shell("limit", "rub", "--speed", "60:400:35", "--exact")
+    assert done.code == 0, done.err
     limit = lobex.load(tmp_path / "rub-limit.nc")
     assert limit.gain == pytest.approx(lobex.exact_limit(lobex.Rub(lobex.Rod(5).modes()), limit.speed).gain, rel=1e-13)
     assert min(plt.imread(tmp_path / "rub-limit.png").shape[:2]) > 500
 
 
-def test_sensitivities_of_the_exact_limit_in_the_shell(tmp_path):
-    done = run("limit", "rub", "--speed", "60:400:35", "--exact", "--sensitivity", "--out", "s", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
+def test_sensitivities_of_the_exact_limit_in_the_shell(shell, tmp_path):
+    done = shell("limit", "rub", "--speed", "60:400:35", "--exact", "--sensitivity", "--out", "s")
+    assert done.code == 0, done.err
     names = sorted(p.name for p in tmp_path.iterdir())
     assert names == ["s-sensitivity.csv", "s-sensitivity.png", "s.csv", "s.nc", "s.png"]
     header, *rows = (tmp_path / "s-sensitivity.csv").read_text().splitlines()
@@ -81,15 +81,15 @@ def test_sensitivities_of_the_exact_limit_in_the_shell(tmp_path):
     assert table["dlnK_dln_young_modulus"] == pytest.approx(1 - by_speed / 2, rel=1e-6, abs=1e-6)
     assert table["dlnK_dln_area"] == pytest.approx(1, rel=1e-8)
     assert min(plt.imread(tmp_path / "s-sensitivity.png").shape[:2]) > 500
-    assert "young_modulus" in done.stdout
+    assert "young_modulus" in done.out
     assert lobex.load(tmp_path / "s.nc").limit.gain == pytest.approx(table["gain_N/m"], rel=1e-11)
 
 
-def test_sensitivities_of_a_search_in_the_shell(tmp_path):
+def test_sensitivities_of_a_search_in_the_shell(shell, tmp_path):
     arguments = ("--rpm", "8500:8700:3", "--gain", "0:2e-3:9", "--teeth", "2", "--radial-immersion", "0.1")
-    done = run("limit", "milling", *arguments, "--nodes", "20", "--sensitivity", "--quiet", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout == ""
+    done = shell("limit", "milling", *arguments, "--nodes", "20", "--sensitivity", "--quiet")
+    assert done.code == 0, done.err
+    assert done.out == ""
     header, *rows = (tmp_path / "milling-limit-sensitivity.csv").read_text().splitlines()
     table = dict(zip(header.split(","), np.array([row.split(",") for row in rows], dtype=float).T, strict=True))
     found = np.isfinite(table["gain_m"])
@@ -139,12 +139,12 @@ def test_one_value_will_do():
     np.testing.assert_array_equal(parse_grid("rpm", "6000", "rpm"), [6000])
 
 
-def test_the_shell_computes_what_the_library_computes(tmp_path):
+def test_the_shell_computes_what_the_library_computes(shell, tmp_path):
     arguments = ("--rpm", "6000:8000:3", "--gain", "1e-3:3e-3:3", "--teeth", "1", "--radial-immersion", "0.5")
-    done = run("lobes", "milling", *arguments, "--direction", "down", "--nodes", "32", "--quiet", cwd=tmp_path)
-    assert done.returncode == 0, done.stderr
-    assert done.stdout == ""
-    assert done.stderr == ""
+    done = shell("lobes", "milling", *arguments, "--direction", "down", "--nodes", "32", "--quiet")
+    assert done.code == 0, done.err
+    assert done.out == ""
+    assert done.err == ""
     tool = lobex.Modes.single(frequency=146.5, damping_ratio=0.0032, mass=2.573)
     process = lobex.Milling(tool, teeth=1, tangential=5.5e8, normal=2e8, radial_immersion=0.5)
     speeds = np.linspace(6000, 8000, 3)[:, None] / 60
