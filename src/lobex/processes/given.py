@@ -13,6 +13,8 @@ from lobex.systems.delays import ConstantDelay, Delay, Varying, WholePeriod
 from lobex.systems.traits import followers
 
 Array = Any
+# Of a period, at which a delay that follows the time is looked at where nothing is traced.
+_PHASES = 64
 # A number or an array, or a function of (t, speed, gain) in pure JAX, t in s.
 Given = Any
 
@@ -71,22 +73,41 @@ def by_gain(function: Shaped, point: Point) -> Coefficient:
 
 
 def delay_at(name: str, delay: Given, point: Point) -> Delay:
-    """A delay at a point."""
+    """A delay at a point.
+
+    Raises:
+        ValueError: where nothing is traced, for one that is not above zero all period long.
+    """
     if delay is None:
         return WholePeriod()
     if not callable(delay):
         return ConstantDelay(delay)
     function = Shaped(delay, name, ())
     if _follows_time(function, point):
+        if not _checks.is_traced((function, point)):
+            _checks.positive(name, _over_period(function, point), "s")
         return Varying(function, point.speed, point.gain)
-    return ConstantDelay(function(jnp.zeros_like(point.period), point.speed, point.gain))
+    lag = function(jnp.zeros_like(point.period), point.speed, point.gain)
+    _checks.positive(name, lag, "s")
+    return ConstantDelay(lag)
+
+
+@jax.jit
+def _over_period(function: Shaped, point: Point) -> Array:
+    time = jnp.arange(_PHASES) / _PHASES * point.period
+    return jax.vmap(lambda t: function(t, point.speed, point.gain))(time)
 
 
 def period_at(given: Given, speed: Array, gain: Array) -> Array:
-    """T; no number where it is not above zero."""
+    """T; no number where it is traced and not above zero.
+
+    Raises:
+        ValueError: where nothing is traced, for one that is not above zero.
+    """
     if given is None:
         return 1 / speed
     period = Shaped(given, "period", ())(speed, gain) if callable(given) else jnp.asarray(given)
+    _checks.positive("period", period, "s")
     return jnp.where(period > 0, period, jnp.nan)
 
 

@@ -61,7 +61,8 @@ class LinearDelay:
     Raises:
         ValueError: for arrays of a wrong shape or that are not finite, delays and periods that are not above zero,
             breaks outside a period, delays without a range; and, when a system is asked for, for functions that cannot
-            be traced or return a wrong shape.
+            be traced or return a wrong shape, and where nothing is traced for delays and periods that they return and
+            are not above zero.
     """
 
     drift: Array
