@@ -11,6 +11,10 @@ import lobex
 _DATA = Path(__file__).parent / "data"
 
 
+GENERAL: dict[str, Any] = json.loads((_DATA / "general.json").read_text())
+"""Cases of several delays, delays apart from the period, and delays that vary."""
+
+
 def reference(name: str) -> tuple[dict[str, dict[str, Any]], list[dict[str, Any]]]:
     """The tools, by name, and the cases of ``data/<name>.json``."""
     content = json.loads((_DATA / f"{name}.json").read_text())

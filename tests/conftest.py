@@ -26,7 +26,17 @@ from lobex._programs import forget_if_many
 
 # Files that take longest begin first, so that the workers end together.
 LONGEST = (
-    *("sweep", "readme", "shell", "linear_delay", "gradients", "transformations", "general_methods", "general_error"),
+    *(
+        "problems",
+        "sweep",
+        "readme",
+        "shell",
+        "linear_delay",
+        "gradients",
+        "transformations",
+        "general_methods",
+        "general_error",
+    ),
     *("properties", "exact_limit_verb", "reference", "random_models", "operators", "devices", "study", "sensitivity"),
     *("boundary", "variable_pitch", "plausible", "undamped", "design", "notebooks", "store", "force_shapes"),
     *("study_processes", "exact_limits", "duhamel_search", "critical", "programs", "exact", "duhamel", "march_delay"),

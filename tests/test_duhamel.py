@@ -10,7 +10,7 @@ from scipy.integrate import quad
 from scipy.linalg import expm
 
 import lobex
-from cases import MILL, MULTIPLIER_CASES, ROD, label, point, rub
+from cases import MILL, ROD, rub
 from lobex.operators.elimination import inverse
 from lobex.operators.exponential import exponential
 from lobex.operators.moments import cell_phases, exponential_moments
@@ -64,13 +64,6 @@ def test_response_to_a_polynomial_force_is_exact(speed, nodes):
         )
         exact = points[k] / speed * np.sum(weights * kernel * force(points[k] * fine))
         assert computed[k] == pytest.approx(exact, abs=1e-11 * np.abs(computed).max())
-
-
-@pytest.mark.parametrize("case", MULTIPLIER_CASES, ids=label)
-def test_forty_nodes_meet_every_case(case):
-    process, speed, gain = point(case)
-    radius = lobex.spectral_radius(process, speed, gain, lobex.Duhamel(nodes=40))
-    assert radius == pytest.approx(case["spectral_radius"], rel=1e-8)
 
 
 @pytest.mark.parametrize(

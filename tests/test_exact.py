@@ -6,65 +6,12 @@ import jax
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
-from scipy.special import lambertw, mathieu_a, mathieu_b
 
 import lobex
 from cases import MILL, MULTIPLIER_CASES, MULTIPLIER_TOOLS, ROD, label, milling, point
-from lobex.systems.coefficients import Constant, Harmonic
 from lobex.systems.mesh import pieces_of
-from lobex.systems.system import DelaySystem
-from lobex.systems.terms import Delayed, Present
 
 FINE = lobex.Chebyshev(nodes=48)
-
-
-@pytest.mark.parametrize("theta", [0.3, 1.0, 2.0, 2.8])
-def test_hayes_oscillatory_boundary(theta):
-    a, b = theta / np.tan(theta), -theta / np.sin(theta)
-    mu = lobex.multipliers(lobex.Scalar(a), 1.0, b, FINE)
-    assert np.abs(mu[:2]) == pytest.approx(1, abs=1e-11)
-    assert np.min(np.abs(mu - np.exp(1j * theta))) < 1e-11
-
-
-@pytest.mark.parametrize("a", [-2.0, -0.5, 0.9])
-def test_hayes_static_boundary(a):
-    assert np.min(np.abs(lobex.multipliers(lobex.Scalar(a), 1.0, -a, FINE) - 1)) < 1e-11
-
-
-@pytest.mark.parametrize(("a", "b", "delay"), [(-1.0, 0.5, 1.0), (0.3, -1.2, 0.7), (0.0, -1.0, 2.0), (-3.0, 2.0, 1.5)])
-def test_scalar_multipliers_by_lambert_w(a, b, delay):
-    branches = np.arange(-3, 4)
-    roots = a + lambertw(b * delay * np.exp(-a * delay), branches) / delay
-    exact = np.exp(roots * delay)
-    exact = exact[np.argsort(-np.abs(exact))][:5]
-    found = lobex.multipliers(lobex.Scalar(a), 1 / delay, b, FINE)
-    for mu in exact:
-        assert np.min(np.abs(found - mu)) < 1e-10 * max(1, abs(exact[0]))
-
-
-def test_periodic_scalar_multipliers_by_lambert_w():
-    # μ = B/W(B e^{−A}) with the integrals of both coefficients over the period.
-    a, b = -0.4, 0.8
-    with jax.enable_x64(True):
-        one = np.ones((1, 1, 1))
-        terms = Present(Harmonic(-1.5 * one[0])), Delayed(Constant(b * one[0]))
-        system = DelaySystem(a * one, one, one, np.float64(1.0), terms)
-        found = np.linalg.eigvals(np.asarray(FINE.operator(system).matrix))
-    for branch in (-1, 0, 1):
-        assert np.min(np.abs(found - b / lambertw(b * np.exp(-a), branch))) < 1e-10
-
-
-@pytest.mark.parametrize("epsilon", [0.5, 1.0, 3.0])
-@pytest.mark.parametrize("index", [0, 1, 2, 3])
-def test_undamped_mathieu_fold_and_flip_lines(epsilon, index):
-    # fold: δ − b is a quarter of a characteristic value of even order; flip: δ + b of odd order.
-    delta = 1.2
-    process = lobex.DelayedMathieu(delta=delta, epsilon=epsilon)
-    values = [mathieu_a(index, 2 * epsilon)] + ([mathieu_b(index, 2 * epsilon)] if index else [])
-    for value in values:
-        b = delta - value / 4 if index % 2 == 0 else value / 4 - delta
-        mu = lobex.multipliers(process, 1 / (2 * np.pi), b, FINE)
-        assert np.min(np.abs(mu - (1 if index % 2 == 0 else -1))) < 1e-7
 
 
 def fundamental_matrix(system, mu):

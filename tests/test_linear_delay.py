@@ -14,7 +14,6 @@ from scipy.special import lambertw
 import lobex
 from cases import THESIS_TOOL, milling, rub
 from lobex.systems.mesh import mesh_of
-from reference_cases import varying
 from reference_tools import process_damping
 
 SIXTEEN = lobex.Duhamel(nodes=16)
@@ -165,35 +164,6 @@ def test_what_does_not_follow_the_time_is_constant_and_goes_to_the_roots():
     assert limit.method == wanted.method == {"type": "CharacteristicRoots"}
     assert limit.gain == pytest.approx(wanted.gain, rel=1e-10)
     assert lobex.sweep(own_turning(TURNED, 2e8), [90.0], [2e-3]).method == wanted.method
-
-
-# Mathieu's equation with a period that is not the delay, and a spindle whose speed varies: two independent codes.
-@pytest.mark.parametrize(
-    ("delay", "delta", "epsilon", "gain", "damping", "wanted"),
-    [
-        (2 * np.pi / ((1 + 5**0.5) / 2), 3.0, 1.5, -0.5, 0.1, 0.21379369822 + 1.09943592586j),
-        (5 * np.pi, 0.5, 1.0, 0.2, 0.2, -1.79880450075),
-    ],
-)
-def test_mathieu_with_a_period_of_its_own(delay, delta, epsilon, gain, damping, wanted):
-    value = lobex.multipliers(own_mathieu(delta, epsilon, damping, delay), 1.0, gain, SIXTEEN)[0]
-    assert complex(value.real, abs(value.imag)) == pytest.approx(wanted, rel=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("form", "rpm", "amplitude", "frequency", "gain", "wanted"),
-    [
-        ("exact", 6000, 0.1, 1.5, 0.1, -0.4834171914 + 0.79166945457j),
-        ("instantaneous", 6000, 0.1, 1.5, 0.1, -0.461326593 + 0.78958013293j),
-        ("first-order", 6000, 0.1, 1.5, 0.1, -0.46286180219 + 0.7949558492j),
-        ("exact", 2000, 0.15, 1 / 7**0.5, 0.2, -0.9234029556 + 1.149349971j),
-    ],
-)
-def test_a_delay_that_varies(form, rpm, amplitude, frequency, gain, wanted):
-    omega = 200 * np.pi
-    process = varying(form, amplitude, frequency, (0.04 * omega, omega**2, omega**2, 1.0))
-    value = lobex.multipliers(process, rpm / 60, gain, lobex.Duhamel(nodes=26))[0]
-    assert complex(value.real, abs(value.imag)) == pytest.approx(wanted, rel=1e-8)
 
 
 # Hayes' equation with the delay 1/speed, seen over a shorter period: μ = exp(λ T), whatever T is.

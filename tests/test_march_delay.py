@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 import lobex
-from cases import MILL, MULTIPLIER_CASES, MULTIPLIER_TOOLS, ROD, label, milling, point
+from cases import MILL, MULTIPLIER_CASES, MULTIPLIER_TOOLS, ROD, milling, point
 from lobex.grids.sweep import SweepWarning
 from lobex.marches.delay import march_delay
 from lobex.marches.fed_vibrations import fastest_fed
@@ -48,13 +48,6 @@ def test_fitted_growth_is_the_spectral_radius_at_50_random_points(process, speed
     assert march.growth == pytest.approx(radius, rel=1e-4)
     assert march.growth_error.max() < 1e-6
     assert np.array_equal(march.growth > 1, radius > 1)
-
-
-@pytest.mark.parametrize("case", MULTIPLIER_CASES, ids=label)
-def test_fitted_growth_is_that_of_the_independent_codes(case):
-    process, speed, gain = point(case)
-    march = march_delay(process, speed, gain, lambda t: 1e-6, 40, 3000, every=10)
-    assert march.growth == pytest.approx(case["spectral_radius"], rel=1e-4)
 
 
 def test_growth_of_the_lanes_converges_with_the_square_of_the_step():

@@ -5,36 +5,14 @@ import pytest
 
 import lobex
 from lobex.systems.mesh import mesh_of
+from problems import KN, KT, PLANE, pitched
 
-KT, KN = 6.79e8, 1.73824e8
-# Two modes, in x and y, of the tool "A" of the reference.
-TOOL = lobex.Modes.plane(
-    x=lobex.Modes.single(frequency=563.6, damping_ratio=0.0558, mass=1.4986),
-    y=lobex.Modes.single(frequency=516.21, damping_ratio=0.025, mass=1.199),
-)
 METHOD = lobex.Duhamel(nodes=20)
-
-
-def pitched(degrees, immersion=0.5, direction="down", modes=TOOL):
-    return lobex.VariablePitch(modes, np.deg2rad(degrees), KT, KN, immersion, direction)
-
-
-@pytest.mark.parametrize(
-    ("degrees", "immersion", "rpm", "depth", "expected"),
-    [
-        ([82, 88, 92, 98], 0.5, 4000, 2e-3, 0.05951370562 + 0.41983318372j),
-        ([70, 110, 70, 110], 0.5, 8000, 3e-3, 0.4905849367 + 0.0443142563j),
-        ([70, 110, 70, 110], 1.0, 8000, 3e-3, 0.83228424329 + 0.40686968612j),
-    ],
-)
-def test_multipliers_are_those_of_an_order_eight_integration_by_steps(degrees, immersion, rpm, depth, expected):
-    found = lobex.multipliers(pitched(degrees, immersion), rpm / 60, depth, METHOD)[0]
-    assert found.real + 1j * abs(found.imag) == pytest.approx(expected, rel=1e-8)
 
 
 @pytest.mark.parametrize("direction", ["down", "up"])
 def test_even_pitch_is_milling_taken_as_often_as_it_has_teeth(direction):
-    even = lobex.Milling(TOOL, 4, KT, KN, 0.3, direction)
+    even = lobex.Milling(PLANE, 4, KT, KN, 0.3, direction)
     once = lobex.multipliers(even, 70.0, 1e-3, lobex.Duhamel(nodes=14))
     whole = lobex.multipliers(pitched([90.0] * 4, 0.3, direction), 70.0, 1e-3, METHOD)
     assert abs(whole[0]) == pytest.approx(abs(once[0]) ** 4, rel=1e-8)
@@ -86,4 +64,4 @@ def test_angles_that_make_no_turn_are_refused(degrees, message):
 
 def test_degrees_are_recognised():
     with pytest.raises(ValueError, match=r"numpy\.deg2rad"):
-        lobex.VariablePitch(TOOL, [90.0] * 4, KT, KN, 0.5)
+        lobex.VariablePitch(PLANE, [90.0] * 4, KT, KN, 0.5)
