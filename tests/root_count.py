@@ -39,6 +39,10 @@ class Feedback:
         root = np.sqrt(self.b**2 - self.a**2 + 0j)
         return np.concatenate([-self.b + root, -self.b - root])
 
+    def height(self, level):
+        """Above it, on Re z = level, F stays close to 1."""
+        return np.max(np.abs(self.poles)) + np.sqrt(4 * np.sum(np.abs(self.c)) * (1 + np.exp(-level))) + 10
+
 
 def polished(function, z, steps=4):
     """A root beside z, and how far the last of Newton's steps went."""
@@ -52,8 +56,7 @@ def polished(function, z, steps=4):
 def roots_beyond(function, level, per_turn=16):
     """The number of roots to the right of Re z = level."""
     poles = function.poles
-    size = np.sum(np.abs(function.c)) * (1 + np.exp(-level))
-    top = np.max(np.abs(poles)) + np.sqrt(4 * size) + 10
+    top = function.height(level)
     turns = top / (2 * np.pi)
     if turns * per_turn > 4e6:
         raise ValueError("too many turns to count")

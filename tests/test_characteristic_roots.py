@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -14,12 +15,13 @@ import root_count
 from cases import MILL, ROD, rub
 from lobex._pytree import pytree
 from lobex.characteristic.closed_loop import close
-from lobex.characteristic.function import contact, loop
+from lobex.characteristic.function import loop
 from lobex.characteristic.lanes import on_device
 from lobex.characteristic.line import roots_beyond
 from lobex.characteristic.method import CharacteristicRoots, contacts
 from lobex.operators.duhamel import Duhamel
 from lobex.systems.coefficients import Constant
+from lobex.systems.delays import Share
 from lobex.systems.terms import Delayed, Present
 
 ROOTS = CharacteristicRoots()
@@ -111,7 +113,7 @@ def test_the_count_is_that_of_the_eigenvalues():
     speeds, gains = np.linspace(150, 400, 24), np.resize(GAINS[::5], 24)
     with jax.enable_x64(True):
         _, structure, _ = contacts(ROD, speeds, 1.0)
-        loops = close(*structure[:3], gains * structure.present, gains * structure.delayed).at_delay(structure.delay)
+        loops = structure.closed(np.arange(24), gains).at_delay(structure.delay)
         level = loops.rightmost - 0.37
         count = roots_beyond(loops, on_device(loops.filled()), np.arange(24), level)
     assert np.all(count.decided)
@@ -131,7 +133,8 @@ def test_the_count_on_lines_that_begin_between_roots():
     drift[:, 1, 1] = -2 * damping * omega
     with jax.enable_x64(True):
         inputs, outputs = np.stack([0 * omega, 1 / omega], axis=1), np.tile([1.0, 0.0], (size, 1))
-        loops = close(drift, inputs, outputs, -gain, gain).at_delay(delay)
+        feedback = gain[:, None] * outputs
+        loops = close(drift, inputs, -feedback, feedback).at_delay(delay)
         count = roots_beyond(loops, on_device(loops.filled()), np.arange(size), level)
     right = [
         root_count.roots_beyond(root_count.Feedback([own], [ratio], [1.0], time, stiffness), line)
@@ -143,11 +146,10 @@ def test_the_count_on_lines_that_begin_between_roots():
 
 def test_the_slope_is_the_functions_derivative():
     with jax.enable_x64(True):
-        made = contact(ROD.system(200.0, 1.0))
+        _, _, made = contacts(ROD, np.full(3, 200.0), 1.0)
         z = np.array([-0.3 + 5.0j, 0.2 + 11.0j, -1.0 + 0.0j])
-        wide = jax.tree.map(lambda a: np.asarray(a)[..., None], made)
-        at, step = loop(wide, z), 1e-5
-        beside = [np.asarray(loop(wide, z + sign * step).value) for sign in (1, -1)]
+        at, step = loop(made, z), 1e-5
+        beside = [np.asarray(loop(made, z + sign * step).value) for sign in (1, -1)]
         assert np.asarray(at.slope) == pytest.approx((beside[0] - beside[1]) / (2 * step), rel=1e-7)
         system = ROD.system(200.0, 1.0)
         drift, inputs, outputs = (np.asarray(m()) for m in (system.drift, system.input_matrix, system.output_matrix))
@@ -212,14 +214,39 @@ def test_the_grid_does_not_change_a_point():
 
 @pytree()
 class Offset:
-    """A process with a stiffness that does not grow with the gain."""
+    """A process with a delayed force that does not grow with the gain."""
 
     gain = lobex.Rub.gain
     speed_unit = "Hz"
 
     def system(self, speed, gain):
-        terms = Present(Constant(-1e5 * np.eye(1))), Delayed(Constant(gain * np.eye(1)))
+        terms = Present(Constant(-gain * np.eye(1))), Delayed(Constant(1e5 * np.eye(1)))
         return replace(ROD.system(speed, gain), terms=terms)
+
+
+@pytree()
+class Pitched:
+    """A process with the given delays, as shares of its period."""
+
+    shares: tuple
+
+    gain = lobex.Rub.gain
+    speed_unit = "Hz"
+
+    def system(self, speed, gain):
+        terms = tuple(Delayed(Constant(gain * np.eye(1)), Share(share)) for share in self.shares)
+        return replace(ROD.system(speed, gain), terms=terms, shortest=0.1)
+
+
+def swaying(t, speed, gain):
+    return 0.3 + 0.1 * jnp.sin(t)
+
+
+def alone(t, speed, gain):
+    return gain * jnp.eye(1)
+
+
+SWAYING = lobex.LinearDelay([[-1.0]], [(alone, swaying)], period=2 * np.pi, delay_range=(0.01, 0.1))
 
 
 @pytest.mark.parametrize(
@@ -229,6 +256,8 @@ class Offset:
         (lobex.DelayedMathieu(delta=1.0, epsilon=1.0), "periodic coefficients"),
         (lobex.Rub(lobex.Modes.plane(x=TOOL, y=TOOL)), "2 contact directions"),
         (Offset(), "not proportional to the gain"),
+        (Pitched((0.3, 0.7)), "2 delays"),
+        (SWAYING, "delay varies"),
         (3.0, "is no process"),
     ],
 )

@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 
 import lobex
-from lobex.characteristic.closed_loop import close
 from lobex.characteristic.lanes import on_device
 from lobex.characteristic.method import contacts
-from lobex.characteristic.strips import Open, Strips, roots_over
+from lobex.characteristic.strips import Strips, roots_over
 from root_count import Feedback, least_limit, polished, roots_beyond
 
 # The count is taken this far to the right of the root: closer, the samples of the oracle become too many.
@@ -113,9 +112,7 @@ def test_what_is_counted_for_a_strip_holds_at_all_its_gains():
         level = rng.uniform(-1.5, 1.0, strips)
         with jax.enable_x64(True):
             _, made, _ = contacts(process, speed, 1.0)
-            alone = close(*made[:3], np.zeros(strips), np.ones(strips)).at_delay(made.delay)
-            closed = close(*made[:3], strongest * made.present, strongest * made.delayed).at_delay(made.delay)
-            opened = Open(made.present, made.delayed, alone)
+            closed, opened = made.closed(np.arange(strips), strongest).at_delay(made.delay), made.opened
             poles = np.sum(closed.upper.real > level, axis=0) + np.sum(closed.lower.real > level, axis=0)
             found, known = roots_over(
                 opened, on_device(opened.filled()), Strips(np.arange(strips), level, weakest, strongest), poles

@@ -1,5 +1,6 @@
 """Every gain at which a root stands on the imaginary axis: the count of unstable roots, at all gains at once."""
 
+from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -8,12 +9,11 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex.characteristic.chunks import in_chunks
-from lobex.characteristic.closed_loop import Loops
 from lobex.characteristic.function import Contact, loop
-from lobex.characteristic.grid import Structure, open_loops
 from lobex.characteristic.lanes import in_batches, on_device, take
 from lobex.characteristic.method import contacts
-from lobex.characteristic.nyquist import Feedback, Places, places
+from lobex.characteristic.nyquist import Places, places
+from lobex.characteristic.open_loop import Open, weighted
 from lobex.processes.process import Process
 
 Array = Any
@@ -54,14 +54,20 @@ def axis_crossings(process: Process, speeds: np.ndarray, lowest: float, highest:
     """
     sound, structure, contact = contacts(process, speeds, max(abs(lowest), abs(highest)))
     number = np.flatnonzero(sound)
+    if not len(number):
+        nothing, none = np.zeros(len(speeds), dtype=int), np.zeros(0)
+        return AxisCrossings(nothing, nothing > 0, none.astype(int), none, none, none, none, none)
     place: Array = np.linalg.eigvals(structure.drift) * structure.delay[:, None]
     # On which side of the axis a pole on it goes is not to be seen from its place.
     trusted = np.all(np.abs(place.real) > _BESIDE_AXIS * (1 + np.abs(place)), axis=1)
-    parts = []
+    parts, opened = [], structure.opened
     for sign, most in ((1, highest), (-1, -lowest)):
         if most > 0:
-            one = Contact(contact.numerator, contact.denominator, sign * contact.current, sign * contact.delayed)
-            found, closed = _one_sign(structure, one, most)
+            found, closed = _one_sign(
+                replace(contact, present=sign * contact.present, delayed=sign * contact.delayed),
+                opened._replace(present=sign * opened.present, delayed=sign * opened.delayed),
+                most,
+            )
             trusted &= closed
             parts.append((found.lane, found.height, sign * found.gain, found.rate, found.moved))
     owner, omega, gain, moved = (np.concatenate([part[i] for part in parts]) for i in (0, 1, 2, 4))
@@ -91,31 +97,29 @@ def axis_crossings(process: Process, speeds: np.ndarray, lowest: float, highest:
     )
 
 
-def _one_sign(structure: Structure, contact: Contact, most: float) -> tuple[Places, np.ndarray]:
+def _one_sign(contact: Contact, opened: Open, most: float) -> tuple[Places, np.ndarray]:
     """The crossings at gains in (0, most], and whether those of a lane are all known, (b,)."""
-    lanes = len(structure.delay)
-    alone = open_loops(structure)
 
     def look(index: np.ndarray) -> tuple[Places, np.ndarray]:
-        feedback = Feedback(contact.current[index], contact.delayed[index], take(alone, index))
-        found, decided = places(feedback, most)
+        found, decided = places(take(opened, index), most)
         return found._replace(lane=index[found.lane]), decided
 
-    found, decided = zip(*in_chunks(look, lanes, _SPEEDS), strict=True)
+    found, decided = zip(*in_chunks(look, np.shape(opened.present)[1], _SPEEDS), strict=True)
     found = Places(*map(np.concatenate, zip(*found, strict=True)))
     height, gain, moved, rate = in_batches(partial(_polish, on_device(contact.filled())), (found.lane, found.height))
-    still = _at_zero(contact, alone, most)
+    still = _at_zero(opened, most)
     polished = Places(found.lane, height, gain, rate, moved)
     return Places(*map(np.concatenate, zip(polished, still, strict=True))), np.concatenate(decided)
 
 
-def _at_zero(contact: Contact, loops: Loops, most: float) -> Places:
-    """The crossings at 0, where L = −(p + q) H(0) < 0, with the rate from its derivative along the real axis."""
-    terms = loops.constant / (loops.upper * loops.lower)
-    slopes = loops.first / (loops.upper * loops.lower) + terms * (1 / loops.upper + 1 / loops.lower)
-    response, steepness = np.sum(terms, axis=0).real, np.sum(slopes, axis=0).real
-    value = -(contact.current + contact.delayed) * response
-    slope = contact.delayed * response - (contact.current + contact.delayed) * steepness
+def _at_zero(opened: Open, most: float) -> Places:
+    """The crossings at 0, where L = −Σ (p + q) H(0) < 0, with the rate from its derivative along the real axis."""
+    first, constant, upper, lower = opened.loops
+    both, either = (1 / (upper * lower))[:, None], (1 / upper + 1 / lower)[:, None]
+    terms = constant * both
+    response, steepness = np.sum(terms, axis=0).real, np.sum(first * both + terms * either, axis=0).real
+    feedback = opened.present + opened.delayed
+    value, slope = -weighted(feedback, response), weighted(opened.delayed, response) - weighted(feedback, steepness)
     lane = np.flatnonzero(-value * most > 1)
     zero = np.zeros(len(lane))
     return Places(lane, zero, -1 / value[lane], -value[lane] / slope[lane] + 0j, zero)

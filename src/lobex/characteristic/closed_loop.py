@@ -1,8 +1,9 @@
 """The structure with the present feedback closed, whose roots the delayed feedback moves.
 
-With z = sτ, P = K p and Q = K q the characteristic equation 1 − K(p + q e^{−z})H(z) = 0 reads e^{−z} M(z) = 1, where
-M = K q H/(1 − K p H) is the response with the present feedback closed: a rational function, whose modulus and phase
-know nothing of the delay.
+With z = sτ and feedback K(p y + q w) of outputs y now and w a delay ago the characteristic equation
+1 − K p H − K q H e^{−z} = 0 reads e^{−z} M(z) = 1, where M = K q H/(1 − K p H) is the response from the delayed
+feedback to itself with the present feedback closed: a rational function, whose modulus and phase know nothing of the
+delay.
 """
 
 from typing import Any, NamedTuple
@@ -15,11 +16,13 @@ Array = Any
 
 _NEARBY = 1e-10
 # Where poles that are none lie, out of the way.
-_FAR = 1e9
+FAR = 1e9
 
 
 class Loops(NamedTuple):
     """M(z) = Σ (α z + β)/((z − π₁)(z − π₂)) with pairs of poles, each of shape (modes, lanes).
+
+    Of several responses with the same poles, α and β are (modes, outputs, lanes).
 
     Attributes:
         first: α, real.
@@ -39,8 +42,12 @@ class Loops(NamedTuple):
 
     def filled(self) -> "Loops":
         """With modes that add nothing, up to one of a few numbers of them, for which programs are compiled."""
-        nothing, far = np.zeros(1), np.full(1, -_FAR + 0j)
+        nothing, far = np.zeros(1), np.full(1, -FAR + 0j)
         return Loops(*map(with_modes, self, (nothing, nothing, far, far)))
+
+    def each(self) -> list["Loops"]:
+        """Of one mode of several responses, each response."""
+        return [self._replace(first=a, constant=b) for a, b in zip(self.first, self.constant, strict=True)]
 
     @property
     def rightmost(self) -> Array:
@@ -48,54 +55,79 @@ class Loops(NamedTuple):
         return np.max(np.maximum(self.upper.real, self.lower.real), axis=0)
 
 
-def close(drift: Array, inputs: Array, outputs: Array, present: Array, delayed: Array) -> Loops:
-    """The loops of ż = A z + E (P y + Q w), y = C z, from y's delayed value w to y, times Q.
+def close(drift: Array, inputs: Array, present: Array, delayed: Array) -> Loops:
+    """The loops of ż = A z + E (P z + Q w), from z's delayed value w to itself.
 
     Args:
         drift: A, (l, d, d).
         inputs: E, (l, d).
-        outputs: C, (l, d).
-        present: P, (l,).
-        delayed: Q, (l,).
+        present: P, (l, d).
+        delayed: Q, (l, d).
     """
+    closed = responses(drift + inputs[:, :, None] * present[:, None, :], inputs, delayed[:, None])
+    return closed._replace(first=closed.first[:, 0], constant=closed.constant[:, 0])
+
+
+def responses(drift: Array, inputs: Array, outputs: Array) -> Loops:
+    """C (sI − A)⁻¹ E with A (l, d, d), E (l, d) and C (l, o, d), as responses with the same poles."""
     size = np.shape(drift)[1]
-    closed = drift + present[:, None, None] * inputs[:, :, None] * outputs[:, None, :]
-    poles, vectors = np.linalg.eig(closed)
+    poles, vectors = np.linalg.eig(drift)
     coordinates = _coordinates(vectors, inputs)
     defective = ~np.all(np.isfinite(coordinates), axis=1)
     if np.any(defective):
         # A critically damped mode is taken for one that is nearly so; the roots are polished without these poles.
-        nearby = closed[defective] * (1 + _NEARBY * np.arange(size) / size)
+        nearby = drift[defective] * (1 + _NEARBY * np.arange(size) / size)
         poles, vectors = poles + 0j, vectors + 0j
         poles[defective], vectors[defective] = np.linalg.eig(nearby)
         coordinates[defective] = _coordinates(vectors[defective], inputs[defective])
-    residue = delayed[:, None] * (outputs[:, None, :] @ vectors)[:, 0] * coordinates
+    residue = (outputs @ vectors) * coordinates[:, None, :]
     poles = poles + 0j
     # Those of the upper half-plane first, then the real ones, each with its partner.
     kind = 1 - np.sign(poles.imag)
     order = np.lexsort((poles.real, kind), axis=-1)
-    poles, residue, kind = (np.take_along_axis(a, order, axis=1) for a in (poles, residue, kind))
+    poles, kind = (np.take_along_axis(a, order, axis=1) for a in (poles, kind))
+    residue = np.take_along_axis(residue, order[:, None], axis=2)
     above = np.sum(kind == 0, axis=1)[:, None]
     slot = np.arange(-(-size // 2))
     oscillating = slot < above
     place = np.where(oscillating, slot, np.minimum(2 * slot - above, size - 1))
     partner = np.minimum(place + 1, size - 1)
     alone = ~oscillating & (place + 1 >= size - above)
-    upper, at_upper = np.take_along_axis(poles, place, axis=1), np.take_along_axis(residue, place, axis=1)
+    upper, at_upper = np.take_along_axis(poles, place, axis=1), np.take_along_axis(residue, place[:, None], axis=2)
     lower = np.where(oscillating, upper.conj(), np.take_along_axis(poles, partner, axis=1))
-    at_lower = np.where(oscillating, at_upper.conj(), np.take_along_axis(residue, partner, axis=1))
+    at_partner = np.take_along_axis(residue, partner[:, None], axis=2)
+    at_lower: Array = np.where(oscillating[:, None], at_upper.conj(), at_partner)
     # A real pole left over gets a partner that the numerator takes away again.
-    lower = np.where(alone, -_FAR, lower)
-    at_lower = np.where(alone, 0.0, at_lower)
-    first, constant = (at_upper + at_lower).real, -(at_upper * lower + at_lower * upper).real
-    return Loops(*(np.ascontiguousarray(a.T) for a in (first, constant, upper, lower)))
+    lower = np.where(alone, -FAR, lower)
+    at_lower = np.where(alone[:, None], 0.0, at_lower)
+    first, constant = (at_upper + at_lower).real, -(at_upper * lower[:, None] + at_lower * upper[:, None]).real
+    by_mode = (np.moveaxis(a, (2, 1, 0), (0, 1, 2)) for a in (first, constant))
+    return Loops(*map(np.ascontiguousarray, (*by_mode, upper.T, lower.T)))
+
+
+def doubt(drift: Array) -> Array:
+    """How far off the poles of matrices (l, d, d) may be that are known to rounding, in ulps of 1, (l,).
+
+    To first order, of which the units of the states make no difference.
+    """
+    poles, vectors = np.linalg.eig(drift)
+    inverse = _solved(vectors, np.broadcast_to(np.eye(np.shape(drift)[1]), np.shape(drift)))
+    with np.errstate(all="ignore"):
+        moved = np.max(np.sum((np.abs(inverse) @ np.abs(drift)).swapaxes(1, 2) * np.abs(vectors), axis=1), axis=1)
+    most = _NEARBY / np.finfo(float).eps * np.max(np.abs(poles), axis=1)
+    return np.where(moved < most, moved, most)
 
 
 def _coordinates(vectors: Array, inputs: Array) -> Array:
     """V⁻¹ E, (l, d); NaN where the poles have no full set of vectors."""
+    return _solved(vectors, inputs[..., None])[..., 0]
+
+
+def _solved(vectors: Array, right: Array) -> Array:
+    """V⁻¹ times matrices, (l, d, k); NaN where the poles have no full set of vectors."""
     try:
-        return np.linalg.solve(vectors, inputs[..., None])[..., 0] + 0j
+        return np.linalg.solve(vectors, right) + 0j
     except np.linalg.LinAlgError:
         if len(vectors) == 1:
-            return np.full(np.shape(inputs), np.nan, dtype=complex)
-        return np.concatenate([_coordinates(vectors[i : i + 1], inputs[i : i + 1]) for i in range(len(vectors))])
+            return np.full(np.shape(right), np.nan, dtype=complex)
+        return np.concatenate([_solved(vectors[i : i + 1], right[i : i + 1]) for i in range(len(vectors))])

@@ -13,8 +13,8 @@ from lobex.characteristic.climb import newton
 from lobex.characteristic.closed_loop import Loops
 from lobex.characteristic.function import decaying, inverse
 from lobex.characteristic.lanes import in_batches, on_device, take
+from lobex.characteristic.open_loop import Open, weighted
 from lobex.characteristic.peaks import likely_roots
-from lobex.characteristic.strips import Open
 
 Array = Any
 
@@ -95,17 +95,21 @@ def _follow(opened: Open, lane: Array, gains: Array, start: Array) -> tuple[Arra
     def look(z: Array, reciprocal: Array) -> tuple[Array, Array, Array]:
         """Newton's step of z, dz/d(log K), and how far z is from a root: log w or the step, whichever is more."""
 
-        def term(mode: Loops) -> tuple[Array, Array]:
+        def term(mode: Loops) -> Any:
             left, right = z - mode.upper, z - mode.lower
             both = inverse(left * right)
-            value = (mode.first * z + mode.constant) * both
-            return value, mode.first * both - value * both * (left + right)
+            values = [(one.first * z + one.constant) * both for one in mode.each()]
+            turned = both * (left + right)
+            return values, [one.first * both - value * turned for one, value in zip(mode.each(), values, strict=True)]
 
-        value, slope = over_modes(term, mine.loops, (z, z))
-        rest = inverse(reciprocal - mine.present * value)
-        w = mine.delayed * decaying(z) * value * rest
+        sums = over_modes(term, mine.loops, ([z] * len(mine.present),) * 2)
+        (now, now_slope), (before, slope) = (
+            [weighted(part, values) for values in sums] for part in (mine.present, mine.delayed)
+        )
+        rest = inverse(reciprocal - now)
+        w = decaying(z) * before * rest
         share = reciprocal * rest
-        against = inverse(1 - slope * inverse(value) * share)
+        against = inverse(1 - slope * inverse(before) - now_slope * rest)
         # log w to third order at 1.
         away = 2 * (w - 1) * inverse(w + 1)
         step = away * against

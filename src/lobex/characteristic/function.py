@@ -1,8 +1,8 @@
-"""The characteristic function of one contact with constant feedback, and its derivative.
+"""The characteristic function of constant feedback with one delay by one force, and its derivative.
 
-With z = sτ and feedback P = K p, Q = K q, the multipliers are e^z of the roots of 1 + K L(z) = 0, where
-L(z) = −(p + q e^{−z}) H(z) and H(z) = τ C (zI − τA)⁻¹ E is a sum over the blocks of A. Along a root
-dz/d(log K) = −L/L′.
+With z = sτ and feedback K(p y + q w) of outputs y now and w a delay ago, the multipliers over the delay are e^z of the
+roots of 1 + K L(z) = 0, where L(z) = −Σ (p + q e^{−z}) H(z) over the outputs and H(z) = τ C (zI − τA)⁻¹ E is a sum over
+the blocks of A. Along a root dz/d(log K) = −L/L′.
 """
 
 import math
@@ -13,48 +13,56 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex._pytree import pytree
+from lobex.characteristic.closed_loop import FAR, Loops
 from lobex.characteristic.lanes import with_modes
-from lobex.systems.system import DelaySystem
+from lobex.characteristic.open_loop import weighted
 
 Array = Any
 
 # Blocks summed without a loop in between.
 _UNROLLED = 8
-# z where poles of modes that are none lie: out of the way.
-_FAR = 1e9
+# Of a real pole without a partner: where one is put, in sizes of all poles.
+_BESIDE = 10.0
 # π/2 in two parts, the first so short that its multiples are exact.
 _QUARTER_TURN = (1.5707963267341256, 6.077100506506192e-11)
 
 
 @pytree()
 class Contact:
-    """One contact as the delay sees it; the trailing axes are lanes, such as speeds.
+    """The force as the delay sees it; the trailing axes are lanes, such as speeds.
 
     Attributes:
-        numerator: coefficients of the numerators of H in z, lowest first, shape (n, s, …).
+        numerator: coefficients of the numerators of every H in z, lowest first, shape (n, s, o, …).
         denominator: those of the monic denominators, without the leading one, shape (n, s, …).
-        current: p, shape (…,).
-        delayed: q, shape (…,).
+        doubt: how far off the denominators' coefficients may be, the leading one included, in ulps of 1, (n, s + 1, …).
+        present: p of each output, shape (o, …).
+        delayed: q, shape (o, …).
     """
 
     numerator: Array
     denominator: Array
-    current: Array
+    doubt: Array
+    present: Array
     delayed: Array
 
     def filled(self) -> "Contact":
         """With modes that add nothing, up to one of a few numbers of them, for which programs are compiled."""
-        far = np.append(_FAR**2, np.zeros(np.shape(self.denominator)[1] - 1))[:, None]
-        numerator, denominator = with_modes(self.numerator, np.zeros(1)), with_modes(self.denominator, far)
-        return Contact(numerator, denominator, self.current, self.delayed)
+        far = np.append(FAR**2, np.zeros(np.shape(self.denominator)[1] - 1))[:, None]
+        return Contact(
+            with_modes(self.numerator, np.zeros(1)),
+            with_modes(self.denominator, far),
+            with_modes(self.doubt, np.zeros(1)),
+            self.present,
+            self.delayed,
+        )
 
 
 class Response(NamedTuple):
-    """H, its derivative by z, and how many ulps of 1 rounding may have put into it."""
+    """Of each output H, its derivative by z, and how many ulps of 1 rounding may have put into it."""
 
-    value: Array
-    slope: Array
-    rounding: Array
+    value: list[Array]
+    slope: list[Array]
+    rounding: list[Array]
 
 
 class Loop(NamedTuple):
@@ -64,53 +72,79 @@ class Loop(NamedTuple):
     slope: Array
 
 
-def contact(system: DelaySystem) -> Contact:
-    """The contact of one delay system, with its gain as it stands.
+def by_blocks(blocks: Array, inputs: Array, outputs: Array, delay: Array) -> tuple[Array, Array]:
+    """Numerators (n, s, o) and denominators (n, s) of H of one structure with A's blocks (n, s, s).
 
     The coefficients of C adj(zI − τA) E and of the characteristic polynomial by Faddeev and LeVerrier.
+
+    Args:
+        blocks: A, 1/s.
+        inputs: E, (n, s).
+        outputs: C, (n, o, s).
+        delay: τ, s.
     """
-    blocks = system.blocks * system.period
+    blocks = blocks * delay
     size = jnp.shape(blocks)[-1]
     unit = jnp.eye(size, dtype=blocks.dtype)
     power = jnp.broadcast_to(unit, blocks.shape)
     numerator, denominator = [], []
     for degree in range(1, size + 1):
-        numerator.append(system.period * jnp.einsum("nrs,nst,ntr->n", system.outputs, power, system.inputs))
+        numerator.append(delay * jnp.einsum("nos,nst,nt->no", outputs, power, inputs))
         product = blocks @ power
         coefficient = -jnp.trace(product, axis1=-2, axis2=-1) / degree
         denominator.append(coefficient)
         power = product + coefficient[:, None, None] * unit
-    present, (delayed,) = system.at(jnp.zeros(1))
-    return Contact(
-        jnp.stack(numerator[::-1], axis=1), jnp.stack(denominator[::-1], axis=1), present[0, 0, 0], delayed[0, 0, 0]
-    )
+    return jnp.stack(numerator[::-1], axis=1), jnp.stack(denominator[::-1], axis=1)
+
+
+def by_poles(alone: Loops, delay: Array, doubt: Array) -> tuple[Array, Array, Array]:
+    """Numerators, denominators and their doubt of H in sτ, of its pairs of poles in s.
+
+    Args:
+        alone: H of each output, in s.
+        delay: τ, (lanes,).
+        doubt: how far off the poles of a lane may be in sτ, in ulps of 1, (lanes,).
+    """
+    # The partner of a real pole is taken away by the numerator wherever it is: not too far off for the others' digits.
+    none = alone.lower.real == -FAR
+    least = -_BESIDE * (1 / delay + np.max(np.abs(alone.upper), axis=0))
+    lower = np.where(none, least, alone.lower)
+    constant = np.where(none[:, None], -alone.first * least, alone.constant)
+    there = Loops(alone.first, constant, alone.upper, lower).at_delay(delay)
+    product, total = (there.upper * there.lower).real, -(there.upper + there.lower).real
+    apart = np.abs(product) + doubt * (np.abs(there.upper) + np.abs(there.lower)), np.abs(total) + 2 * doubt
+    doubts = np.stack([*apart, np.ones_like(total)], axis=1)
+    return np.stack([there.constant, there.first], axis=1), np.stack([product, total], axis=1), doubts
 
 
 def response(contact: Contact, z: Array) -> Response:
     """H; ``z`` is complex, and its trailing axes are the contact's lanes."""
     size = jnp.abs(z)
+    outputs = range(len(contact.present))
 
-    def add(sums: tuple[Array, ...], block: tuple[Array, Array]) -> tuple[tuple[Array, ...], None]:
-        top, top_slope = _polynomial(block[0], z)
+    def add(sums: Response, block: tuple[Array, ...]) -> tuple[Response, None]:
         denominator = jnp.concatenate([block[1], jnp.ones_like(block[1][:1])])
         bottom, bottom_slope = _polynomial(denominator, z)
         flipped = inverse(bottom)
-        ratio, term = bottom_slope * flipped, top * flipped
+        ratio = bottom_slope * flipped
         # Next to a pole the terms of the denominator take each other away.
-        lost = jnp.abs(term * flipped) * _polynomial(jnp.abs(denominator), size)[0]
-        return tuple(s + t for s, t in zip(sums, (term, top_slope * flipped - term * ratio, lost), strict=True)), None
+        doubt = jnp.abs(flipped) * _polynomial(block[2], size)[0]
+        tops = [_polynomial(block[0][:, j], z) for j in outputs]
+        terms = [top * flipped for top, _ in tops]
+        slopes = [slope * flipped - term * ratio for (_, slope), term in zip(tops, terms, strict=True)]
+        return jax.tree.map(jnp.add, sums, Response(terms, slopes, [jnp.abs(term) * doubt for term in terms])), None
 
-    zero = jnp.zeros_like(z)
-    blocks = (contact.numerator, contact.denominator)
-    return Response(*jax.lax.scan(add, (zero, zero, jnp.zeros_like(size)), blocks, unroll=_UNROLLED)[0])
+    zeros = Response(*([jnp.zeros_like(like) for _ in outputs] for like in (z, z, size)))
+    blocks = (contact.numerator, contact.denominator, contact.doubt)
+    return jax.lax.scan(add, zeros, blocks, unroll=_UNROLLED)[0]
 
 
 def loop(contact: Contact, z: Array) -> Loop:
     """L and its derivative; ``z`` is complex, and its trailing axes are the contact's lanes."""
     at = response(contact, z)
-    before = contact.delayed * decaying(z)
-    feedback = contact.current + before
-    return Loop(-feedback * at.value, before * at.value - feedback * at.slope)
+    before = [q * decaying(z) for q in contact.delayed]
+    feedback = [p + b for p, b in zip(contact.present, before, strict=True)]
+    return Loop(-weighted(feedback, at.value), weighted(before, at.value) - weighted(feedback, at.slope))
 
 
 def _polynomial(coefficients: Array, z: Array) -> tuple[Array, Array]:

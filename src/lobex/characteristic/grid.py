@@ -8,12 +8,12 @@ import numpy as np
 
 from lobex.characteristic.chunks import in_chunks
 from lobex.characteristic.climb import ROOTS, climb
-from lobex.characteristic.closed_loop import Loops, close
+from lobex.characteristic.closed_loop import Loops, close, responses
 from lobex.characteristic.function import Contact
 from lobex.characteristic.lanes import LANES, take
 from lobex.characteristic.loci import loci
+from lobex.characteristic.open_loop import Open
 from lobex.characteristic.polish import polish
-from lobex.characteristic.strips import Open
 
 Array = Any
 
@@ -35,10 +35,11 @@ class Structure(NamedTuple):
     Attributes:
         drift: A, (n, d, d), 1/s.
         inputs: E, (n, d).
-        outputs: C, (n, d).
-        present: p, (n,).
-        delayed: q, (n,).
+        outputs: C, (n, o, d).
+        present: p, (n, o).
+        delayed: q, (n, o).
         delay: τ, (n,), s.
+        period: T, (n,), s.
     """
 
     drift: Array
@@ -47,11 +48,28 @@ class Structure(NamedTuple):
     present: Array
     delayed: Array
     delay: Array
+    period: Array
 
     @property
     def same(self) -> bool:
-        """Whether the speed enters through the delay alone."""
-        return all(bool(np.all(part == part[:1])) for part in self[:-1])
+        """Whether the speed enters through delay and period alone."""
+        return all(bool(np.all(part == part[:1])) for part in self[:-2])
+
+    @property
+    def opened(self) -> Open:
+        """L of every speed in sτ."""
+        return Open(self.present.T, self.delayed.T, self.alone().at_delay(self.delay))
+
+    def alone(self) -> Loops:
+        """H of every speed in s."""
+        row = np.zeros(len(self.delay), dtype=int) if self.same else np.arange(len(self.delay))
+        return take(responses(*(part[: 1 if self.same else None] for part in self[:3])), row)
+
+    def closed(self, row: Array, gain: Array) -> Loops:
+        """The loops in s of speeds and gains, (l,) each."""
+        drift, inputs, outputs = (part[row] for part in self[:3])
+        feedback = (gain[:, None] * part[row] for part in (self.present, self.delayed))
+        return close(drift, inputs, *((part[:, None] @ outputs)[:, 0] for part in feedback))
 
 
 def rightmost_roots(structure: Structure, contact: Contact, gains: Array) -> tuple[Array, Array, Array]:
@@ -67,7 +85,7 @@ def _by_strips(structure: Structure, contact: Contact, gains: Array) -> tuple[Ar
     """As ``rightmost_roots``, by strips of neighbouring gains."""
     shape = len(structure.delay), len(gains)
     root, error, proven = np.full(shape, np.nan + 0j), np.full(shape, np.nan), np.zeros(shape, dtype=bool)
-    opened = Open(structure.present, structure.delayed, open_loops(structure))
+    opened = structure.opened
     closed = _closed_at(structure, gains)
 
     # Neighbours take as long as each other: each part gets some of all.
@@ -135,28 +153,16 @@ def _polished(contact: Contact, row: Array, gain: Array, root: Array, proven: Ar
     return root, error, proven & np.isfinite(error)
 
 
-def open_loops(structure: Structure) -> Loops:
-    """H of every speed in sτ, as the loop that it makes alone."""
-    row = np.zeros(len(structure.delay), dtype=int) if structure.same else np.arange(len(structure.delay))
-    drift, inputs, outputs = (part[: 1 if structure.same else None] for part in structure[:3])
-    alone = close(drift, inputs, outputs, np.zeros(len(drift)), np.ones(len(drift)))
-    return take(alone, row).at_delay(structure.delay)
-
-
 def _closed_at(structure: Structure, gains: Array) -> Callable[[Array, Array], Loops]:
     """Gives the loops in sτ, closed at numbers of speeds and of gains, (l,) each."""
 
-    def close_at(row: Array, column: Array) -> Loops:
-        drift, inputs, outputs, present, delayed = (part[row] for part in structure[:-1])
-        return close(drift, inputs, outputs, gains[column] * present, gains[column] * delayed)
-
     shared = None
     if structure.same:
-        parts = in_chunks(lambda part: close_at(np.zeros_like(part), part), len(gains), _GAINS)
+        parts = in_chunks(lambda part: structure.closed(np.zeros_like(part), gains[part]), len(gains), _GAINS)
         shared = Loops(*(np.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))
 
     def closed(row: Array, column: Array) -> Loops:
-        loops = close_at(row, column) if shared is None else take(shared, column)
+        loops = structure.closed(row, gains[column]) if shared is None else take(shared, column)
         return loops.at_delay(structure.delay[row])
 
     return closed

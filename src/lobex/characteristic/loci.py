@@ -13,7 +13,8 @@ from lobex.characteristic.climb import climb
 from lobex.characteristic.closed_loop import Loops
 from lobex.characteristic.follow import followed, real_or_less
 from lobex.characteristic.lanes import on_device
-from lobex.characteristic.strips import Open, Strips, roots_over
+from lobex.characteristic.open_loop import Open
+from lobex.characteristic.strips import Strips, roots_over
 
 Array = Any
 
@@ -35,7 +36,7 @@ def loci(opened: Open, closed: Callable[[Array, Array], Loops], gains: Array) ->
         closed: gives the loops closed at lanes and numbers of gains.
         gains: K.
     """
-    lanes, count = len(opened.present), len(gains)
+    lanes, count = np.shape(opened.present)[1], len(gains)
     there = on_device(opened.filled())
     hand = followed(there, lanes, closed, gains)
     proven = np.zeros((lanes, count), dtype=bool)

@@ -1,6 +1,5 @@
 """The method ``CharacteristicRoots``: dominant multipliers of constant coefficients without any operator."""
 
-from functools import partial
 from typing import Any
 
 import jax
@@ -9,37 +8,47 @@ import numpy as np
 
 from lobex import _checks
 from lobex._pytree import pytree
-from lobex.characteristic.function import Contact, contact
+from lobex.characteristic.closed_loop import doubt
+from lobex.characteristic.function import Contact, by_blocks, by_poles
 from lobex.characteristic.grid import Structure, rightmost_at_points, rightmost_roots
 from lobex.characteristic.lanes import few
 from lobex.processes.process import Process, check_process
 from lobex.systems.form import by_form
-from lobex.systems.system import DelaySystem
+from lobex.systems.system import DelaySystem, dense_outputs
+from lobex.systems.traits import followers
 
 Array = Any
 
 # Speeds at which the model is asked at the least.
 _SPEEDS = 32
-_NOT_PROPORTIONAL = "whose coefficients are not proportional to the gain; give an operator"
+# Of the largest gain, those at which it is asked how the gain enters.
+_SHARES = np.array([0.0, 0.382, 1.0])
+_ROUNDING = 1e-12
+# The largest blocks whose characteristic polynomials keep their digits.
+_SMALL = 2
+_OTHERWISE = "whose delayed force is not proportional to the gain, or whose present one is not affine; give an operator"
 
 
 @pytree()
 class CharacteristicRoots:
-    """The rightmost root s of 1 − (P + Q e^{−sτ}) C (sI − A)⁻¹ E = 0, and with it the multiplier μ = e^{sτ}.
+    """The rightmost root s of 1 − (P C + Q e^{−sτ} D) (sI − A)⁻¹ E = 0, and with it the multiplier μ = e^{sT}.
 
-    For constant coefficients that are proportional to the gain, with one contact direction: ``Rub``, ``Turning``,
-    ``Scalar``. No operator is built and nothing is discretised. At every point the roots to the right of a line are
-    counted by the argument principle, with the response between delayed and present output as a rational function whose
-    bounds decide every part of the line (``line``), and roots are sought until those in hand are as many as were
-    counted (``climb``; over large grids for strips of neighbouring gains at once: ``loci``). So no root is missed,
-    whatever the number of waves per delay, the damping and the gain. Multipliers are good to rounding, times |sτ|.
+    For constant coefficients with one force and one delay, which need not be the period: ``Rub``, ``Turning``,
+    ``Scalar``, and an equation of one's own in which the force sees any number of outputs, now and a delay ago, such
+    as displacement and velocity. The delayed force is proportional to the gain, and the present one, affine in it,
+    need not vanish without. No operator is built and nothing is discretised. At every point the roots to the right of a
+    line are counted by the argument principle, with the response between delayed and present force as a rational
+    function whose bounds decide every part of the line (``line``), and roots are sought until those in hand are as many
+    as were counted (``climb``; over large grids for strips of neighbouring gains at once: ``loci``). So no root is
+    missed, whatever the number of waves per delay, the damping and the gain. Multipliers are good to rounding, times
+    |sT|.
     """
 
     def over_grid(self, process: Process, speeds: Array, gains: Array) -> tuple[Array, Array, Array, Array]:
         """The dominant multiplier at every point of a grid. Call it in the scope of float64.
 
         Args:
-            process: of constant coefficients, proportional to the gain, and one contact direction.
+            process: of constant coefficients with one force and one delay.
             speeds: Hz, increasing, shape (n,).
             gains: increasing, of either sign, shape (m,).
 
@@ -51,7 +60,10 @@ class CharacteristicRoots:
             ValueError: for a process of another kind.
         """
         speeds, gains = np.asarray(speeds, dtype=float), np.asarray(gains, dtype=float)
+        everywhere = _everywhere(len(speeds), len(gains))
         sound, structure, contact = contacts(process, speeds, float(np.max(np.abs(gains))))
+        if not np.any(sound):
+            return everywhere
         root: Array = np.full((len(structure.delay), len(gains)), np.nan + 0j)
         error, proven = np.full(root.shape, np.nan), np.zeros(root.shape, dtype=bool)
         acting, free = np.flatnonzero(gains), np.flatnonzero(gains == 0)
@@ -62,7 +74,9 @@ class CharacteristicRoots:
             alone, rounding = _without_gain(structure)
             root[:, free], error[:, free], proven[:, free] = alone[:, None], rounding[:, None], True
         everywhere = _everywhere(len(speeds), len(gains))
-        for target, result in zip(everywhere, _results(root, error, proven, structure.delay[:, None]), strict=True):
+        for target, result in zip(
+            everywhere, _results(root, error, proven, structure, np.arange(len(structure.delay))[:, None]), strict=True
+        ):
             target[sound] = result
         return everywhere
 
@@ -75,6 +89,8 @@ class CharacteristicRoots:
             return everywhere
         sound, structure, contact = contacts(process, unique, float(np.max(np.abs(gains))))
         index = np.flatnonzero(sound[row])
+        if not len(index):
+            return everywhere
         row, gain = (np.cumsum(sound) - 1)[row[index]], gains[index]
         alone, rounding = _without_gain(structure)
         root, error, proven = alone[row] + 0j, rounding[row], np.ones(len(row), dtype=bool)
@@ -82,7 +98,7 @@ class CharacteristicRoots:
         if len(acting):
             results = rightmost_at_points(structure, contact, row[acting], gain[acting])
             root[acting], error[acting], proven[acting] = results
-        for target, result in zip(everywhere, _results(root, error, proven, structure.delay[row]), strict=True):
+        for target, result in zip(everywhere, _results(root, error, proven, structure, row), strict=True):
             target[index] = result
         return everywhere
 
@@ -90,9 +106,9 @@ class CharacteristicRoots:
         """Why it does not serve a process, in words, or None where it does."""
         why = _shape_refused(process)
         if why is None:
-            none, one, two = (np.ravel(_coefficients(process, speed, gain)) for gain in (0.0, 1.0, 2.0))
-            proportional = np.all(none == 0) and np.allclose(two, 2 * one, rtol=1e-12, atol=0.0)
-            why = None if proportional else _NOT_PROPORTIONAL
+            parts = [_parts(process.system(speed, 2.0 * share)) for share in _SHARES]
+            structure, present, delayed = jax.tree.map(lambda *one: np.stack(one), *parts)
+            why = _OTHERWISE if _strays(structure, present, delayed, 2.0) else None
         return why
 
     def resolved_radians(self, system: DelaySystem) -> float:
@@ -101,23 +117,29 @@ class CharacteristicRoots:
 
 
 def contacts(process: Process, speeds: np.ndarray, largest: float) -> tuple[np.ndarray, Structure, Contact]:
-    """The structure of a process, and its contacts at a gain of one with the speeds as lanes.
+    """The structure of a process, with what forces it without gain, and its contacts at a gain of one with the speeds
+    as lanes.
 
     Returns:
         Which speeds are sound, (n,): at the others the model itself fails, and they are left out of the rest; the
         structure; and the contacts.
 
     Raises:
-        ValueError: for periodic coefficients, several contact directions, or coefficients that are not proportional
-            to the gain up to ``largest``.
+        ValueError: for periodic coefficients, several forces or delays, or coefficients that follow the gain in another
+            way up to ``largest``.
     """
     _require(_shape_refused(process), process)
     filled = np.resize(speeds, few(max(len(speeds), _SPEEDS)))
-    whole = jax.tree.map(lambda a: np.asarray(a)[: len(speeds)], _contacts(process, filled, largest))
+    whole = jax.tree.map(lambda a: np.asarray(a)[: len(speeds)], _contacts(process, filled, largest or 1.0))
     sound = np.logical_and.reduce([np.isfinite(a.reshape(len(a), -1)).all(axis=1) for a in jax.tree.leaves(whole)])
-    structure, made, others = jax.tree.map(lambda a: a[sound], whole)
-    _check_proportional(process, made, others, largest)
-    return sound, structure, jax.tree.map(lambda a: np.ascontiguousarray(np.moveaxis(a, 0, -1)), made)
+    structure, polynomials, stray, held = jax.tree.map(lambda a: a[sound], whole)
+    _require(_OTHERWISE if np.any(stray) else None, process)
+    if polynomials is None or np.any(held):
+        parts = by_poles(structure.alone(), structure.delay, doubt(structure.drift) * structure.delay)
+    else:
+        numerator, denominator = (np.ascontiguousarray(np.moveaxis(a, 0, -1)) for a in polynomials)
+        parts = numerator, denominator, np.concatenate([np.abs(denominator), np.ones_like(denominator[:, :1])], axis=1)
+    return sound, structure, Contact(*parts, structure.present.T, structure.delayed.T)
 
 
 def _everywhere(*shape: int) -> tuple[Array, Array, Array, Array]:
@@ -132,47 +154,78 @@ def _without_gain(structure: Structure) -> tuple[Array, Array]:
     return np.take_along_axis(place, foremost, axis=1)[:, 0], np.finfo(float).eps * np.max(np.abs(place), axis=1)
 
 
-def _results(root: Array, error: Array, proven: Array, delay: Array) -> tuple[Array, Array, Array, Array]:
+def _results(
+    root: Array, error: Array, proven: Array, structure: Structure, row: Array
+) -> tuple[Array, Array, Array, Array]:
+    """Multipliers over the period, frequencies, errors and proofs from roots in sτ, of the speeds of given numbers."""
     root = np.where(proven, root.real + 1j * np.abs(root.imag), np.nan)
-    value: Array = np.exp(root)
+    delay, delays = structure.delay[row], (structure.period / structure.delay)[row]
+    value: Array = np.exp(root * delays)
     multiplier = value.real + 1j * np.abs(value.imag)
-    return multiplier, root.imag / (2 * np.pi * delay), np.where(proven, error, np.nan), proven
+    return multiplier, root.imag / (2 * np.pi * delay), np.where(proven, error * delays, np.nan), proven
 
 
-def _coefficients(process: Process, speed: Array, gain: Array) -> tuple[Array, Array]:
-    """Constant P and Q, (1, 1, 1) each."""
-    present, (delayed,) = process.system(speed, gain).at(np.zeros(1))
-    return present, delayed
+def _parts(system: DelaySystem) -> tuple[tuple[Array, ...], Array, Array]:
+    """What is to stay as the gain changes; and the forces per unit of each output, now (r,) and a delay ago (m,)."""
+    present, (delayed,) = system.at(np.zeros(1))
+    (lag,) = system.lags(np.zeros(1))
+    return (
+        (system.blocks, system.inputs, system.outputs, system.recalled, system.period, lag),
+        present[0, 0],
+        delayed[0, 0],
+    )
 
 
 @jax.jit
-def _contacts(process: Process, speeds: Array, largest: Any) -> tuple[Structure, Contact, Array]:
-    """The structures and the contacts at a gain of one, and P and Q at a gain of zero and the largest, (n, 2, 2)."""
+def _contacts(process: Process, speeds: Array, largest: Any) -> tuple[Structure, Any, Array, Array]:
+    """Structures; H's polynomials of small blocks; whether the gain enters otherwise than told; and what forces without
+    gain.
+    """
 
-    def coefficients(speed: Array, gain: Array) -> Array:
-        return jnp.stack([part[0, 0, 0] for part in _coefficients(process, speed, gain)])
-
-    def one(speed: Array) -> tuple[Structure, Contact, Array]:
-        system = process.system(speed, jnp.ones_like(speed))
-        others = jax.vmap(partial(coefficients, speed))(jnp.stack([jnp.zeros_like(largest), largest]))
-        made = contact(system)
+    def one(speed: Array) -> tuple[Structure, Any, Array, Array]:
+        system = process.system(speed, largest)
+        parts = jax.vmap(lambda share: _parts(process.system(speed, largest * share)))(_SHARES)
+        held = parts[1][0]
+        present, delayed = ((part[-1] - part[0]) / largest for part in parts[1:])
+        outputs = system.outputs
+        if system.output_size > 1 or system.remembered is not None:
+            # What is seen now and a delay ago, as the two outputs of the force.
+            pairs = (present, outputs), (delayed, system.recalled)
+            outputs = jnp.stack([jnp.einsum("r,nrs->ns", *pair) for pair in pairs], axis=1)
+            present, delayed = jnp.array([1.0, 0.0]), jnp.array([0.0, 1.0])
+        inputs, period = system.input_matrix()[:, 0], jnp.asarray(system.period)
+        delay = system.lags(jnp.zeros(1))[0][0] * period
         structure = Structure(
-            drift=system.drift(),
-            inputs=system.input_matrix()[:, 0],
-            outputs=system.output_matrix()[0],
-            present=made.current,
-            delayed=made.delayed,
-            delay=jnp.asarray(system.period),
+            drift=system.drift() + inputs[:, None] * (held @ system.output_matrix()),
+            inputs=inputs,
+            outputs=dense_outputs(outputs),
+            present=present,
+            delayed=delayed,
+            delay=delay,
+            period=period,
         )
-        return structure, made, others
+        small = np.shape(system.blocks)[1] <= _SMALL
+        polynomials = by_blocks(system.blocks, system.inputs[:, :, 0], outputs, delay) if small else None
+        return structure, polynomials, _strays(*parts, largest), held
 
     return jax.vmap(one)(speeds)
 
 
-def _check_proportional(process: Process, made: Contact, others: Array, largest: float) -> None:
-    unit = np.stack([made.current, made.delayed], axis=-1)
-    if np.any(others[:, 0]) or not np.allclose(others[:, 1], largest * unit, rtol=1e-12, atol=0.0):
-        _require(_NOT_PROPORTIONAL, process)
+def _strays(structure: tuple[Array, ...], present: Array, delayed: Array, largest: Any) -> Array:
+    """Whether the gain enters otherwise than told, of ``_parts`` at its shares."""
+
+    def off(part: Array, line: Array) -> Array:
+        return jnp.any(jnp.abs(part - line) > _ROUNDING * jnp.max(jnp.abs(part), axis=0))
+
+    def line(part: Array) -> Array:
+        return part[0] + (_SHARES * largest).reshape(-1, *(1,) * (part.ndim - 1)) * ((part[-1] - part[0]) / largest)
+
+    return (
+        jnp.any(jnp.stack([off(part, part[:1]) for part in structure]))
+        | off(present, line(present))
+        | off(delayed, line(delayed))
+        | jnp.any(delayed[0] != 0)
+    )
 
 
 def _shape_refused(process: Process) -> str | None:
@@ -184,13 +237,18 @@ def _shape_refused(process: Process) -> str | None:
 
 @by_form
 def _form_refused(made: Any, shapes: tuple[Any, ...], number: Any) -> str | None:
+    def lags(numbers: Any, speed: Array, gain: Array, phase: Array) -> tuple[Array, ...]:
+        return made(numbers).system(speed, gain).lags(phase)
+
     system = jax.eval_shape(lambda numbers, speed, gain: made(numbers).system(speed, gain), shapes, number, number)
     if not all(term.coefficient.constant for term in system.terms):
         return "which has periodic coefficients; give constant ones, such as those of lobex.Rub"
-    if not system.repeats or len(system.delays) != 1 or system.remembered is not None:
-        return "which has other delays than its period; give an operator"
-    if not system.output_size == system.force_size == 1:
-        return f"which has {system.output_size} contact directions; give modes with one"
+    if len(system.delays) != 1:
+        return f"which has {len(system.delays)} delays; give an operator"
+    if any(followers(jax.make_jaxpr(lags)(shapes, number, number, jax.ShapeDtypeStruct((1,), number.dtype)).jaxpr)):
+        return "whose delay varies; give an operator"
+    if system.force_size != 1:
+        return f"which has {system.force_size} contact directions; give modes with one"
     return None
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from lobex.characteristic.cells import Bounds, Cells, bounds_of_mode, decide, first_cells, narrow, over_modes
 from lobex.characteristic.closed_loop import Loops
 from lobex.characteristic.lanes import in_batches, on_device, take
+from lobex.characteristic.open_loop import Open, weighted
 
 Array = Any
 
@@ -40,19 +41,11 @@ class Places(NamedTuple):
     moved: Array
 
 
-class Feedback(NamedTuple):
-    """L = −(p + q e^{−z}) H(z) of lanes (b,): p, q, and H as the loop that it makes alone."""
-
-    present: Array
-    delayed: Array
-    loops: Loops
-
-
-def places(feedback: Feedback, largest: float) -> tuple[Places, Array]:
+def places(feedback: Open, largest: float) -> tuple[Places, Array]:
     """The places with K up to ``largest``, and whether those of a lane are all known, (b,)."""
-    lanes = len(feedback.present)
+    lanes = np.shape(feedback.present)[1]
     found: list[tuple[Array, Array, Array]] = []
-    there = on_device(feedback._replace(loops=feedback.loops.filled()))
+    there = on_device(feedback.filled())
     level = np.zeros(lanes)
 
     def look(cells: Cells) -> Array:
@@ -61,8 +54,8 @@ def places(feedback: Feedback, largest: float) -> tuple[Places, Array]:
         found.append(cells.at(*np.nonzero(crossed)))
         return split
 
-    least = 1 / (largest * (np.abs(feedback.present) + np.abs(feedback.delayed)))
-    decided = decide(first_cells(feedback.loops, level, least), look, lanes)
+    least = np.full(lanes, 1 / largest)
+    decided = decide(first_cells(feedback.bounding(np.ones(lanes)), level, least), look, lanes)
     lane, low, high = map(np.concatenate, zip(*found, strict=True))
     height, gain, rate, moved, good = in_batches(partial(_place, there), (lane, low, high))
     decided[lane[~good]] = False
@@ -70,45 +63,55 @@ def places(feedback: Feedback, largest: float) -> tuple[Places, Array]:
     return Places(*(part[kept] for part in (lane, height, gain, rate, moved))), decided
 
 
-def _response_of_mode(mode: Loops, y: Array) -> tuple[Array, Array]:
-    """H and H′ at jy."""
+def _responses_of_mode(mode: Loops, y: Array) -> list[list[Array]]:
+    """Each H and each H′ at jy."""
     upper, lower = 1 / (1j * y - mode.upper), 1 / (1j * y - mode.lower)
-    value = (mode.first * 1j * y + mode.constant) * upper * lower
-    return value, mode.first * upper * lower - value * (upper + lower)
+    values = [(one.first * 1j * y + one.constant) * upper * lower for one in mode.each()]
+    slopes = [
+        one.first * upper * lower - value * (upper + lower) for one, value in zip(mode.each(), values, strict=True)
+    ]
+    return [values, slopes]
 
 
-def _looped(feedback: Feedback, y: Array, response: Array, slope: Array) -> tuple[Array, Array]:
+def _looped(feedback: Open, y: Array, response: list[Array], slope: list[Array]) -> tuple[Array, Array]:
     """L and L′ at jy from H and H′."""
-    before = feedback.delayed * jnp.exp(-1j * y)
-    whole = feedback.present + before
-    return -whole * response, before * response - whole * slope
+    turned = jnp.exp(-1j * y)
+    before = [q * turned for q in feedback.delayed]
+    whole = [p + b for p, b in zip(feedback.present, before, strict=True)]
+    return -weighted(whole, response), weighted(before, response) - weighted(whole, slope)
 
 
-def _loop(feedback: Feedback, y: Array) -> tuple[Array, Array]:
+def _loop(feedback: Open, y: Array) -> tuple[Array, Array]:
     """L and L′ at jy."""
-    like = (y + 0j,) * 2
-    return _looped(feedback, y, *over_modes(partial(_response_of_mode, y=y), feedback.loops, like))
+    like = [[y + 0j] * len(feedback.present)] * 2
+    return _looped(feedback, y, *over_modes(partial(_responses_of_mode, y=y), feedback.loops, like))
 
 
 @jax.jit
-def _crossed(feedback: Feedback, largest: Array, lane: Array, low: Array, high: Array) -> tuple[Array, Array]:
+def _crossed(feedback: Open, largest: Array, lane: Array, low: Array, high: Array) -> tuple[Array, Array]:
     """Whether to divide cells, and, if not, whether the phase of −L passes 0 in them."""
     mine = take(feedback, lane)
     low, high = low.T, high.T
     middle, half = (low + high) / 2, (high - low) / 2
 
-    def term(mode: Loops) -> tuple[Any, ...]:
-        return bounds_of_mode(mode, jnp.zeros_like(low), middle, half), *_response_of_mode(mode, middle)
+    def term(mode: Loops) -> Any:
+        over = [bounds_of_mode(one, jnp.zeros_like(low), middle, half) for one in mode.each()]
+        return over, _responses_of_mode(mode, middle)
 
-    over, *response = over_modes(term, mine.loops, (Bounds(low, low, low), low + 0j, low + 0j))
+    outputs = len(mine.present)
+    like = [Bounds(low, low, low)] * outputs, [[low + 0j] * outputs] * 2
+    over, response = over_modes(term, mine.loops, like)
     value, slope = _looped(mine, middle, *response)
     size = jnp.abs(value)
-    delayed = jnp.abs(mine.delayed)
-    nearby = jnp.abs(mine.present + mine.delayed * jnp.exp(-1j * middle)) + delayed * half
-    steepest = delayed * over.value + nearby * over.slope
-    bend = delayed * (over.value + 2 * over.slope) + nearby * over.bend
+    most = steepest = bend = jnp.zeros_like(low)
+    for p, q, bound in zip(mine.present, mine.delayed, over, strict=True):
+        delayed = jnp.abs(q)
+        nearby = jnp.abs(p + q * jnp.exp(-1j * middle)) + delayed * half
+        most += nearby * bound.value
+        steepest += delayed * bound.value + nearby * bound.slope
+        bend += delayed * (bound.value + 2 * bound.slope) + nearby * bound.bend
     change = steepest * half
-    quiet = jnp.minimum(nearby * over.value, size + change) * largest < 1
+    quiet = jnp.minimum(most, size + change) * largest < 1
     share = change / size
     phase = jnp.angle(-value)
     apart = (share < 1) & (jnp.abs(phase) > jnp.arcsin(jnp.minimum(share, 1.0)))
@@ -123,7 +126,7 @@ def _crossed(feedback: Feedback, largest: Array, lane: Array, low: Array, high: 
 
 
 @jax.jit
-def _place(feedback: Feedback, lane: Array, low: Array, high: Array) -> tuple[Array, ...]:
+def _place(feedback: Open, lane: Array, low: Array, high: Array) -> tuple[Array, ...]:
     """The zero of arg(−L) in a cell by Newton's method, bisecting where that leaves it: y, K, rate, last step."""
     mine = take(feedback, lane)
     rising = jnp.angle(-_loop(mine, high)[0]) > 0

@@ -9,6 +9,7 @@ import numpy as np
 
 from lobex.characteristic.function import Contact, response
 from lobex.characteristic.lanes import in_batches, on_device, take
+from lobex.characteristic.open_loop import weighted
 
 Array = Any
 
@@ -40,16 +41,18 @@ def _largest_pole(contact: Contact) -> Array:
 def _polish(contacts: Contact, lane: Array, gain: Array, z: Array) -> tuple[Array, Array, Array]:
     """Two of Newton's steps on log M(z) − z, whose terms cannot overflow; and whether they lead away from the root."""
     contact = take(contacts, lane)
-    present, delayed = gain * contact.current, gain * contact.delayed
+    feedback = gain * contact.present, gain * contact.delayed
+    sizes = [jnp.abs(part) for part in feedback]
 
     def rest(z: Array) -> tuple[Array, Array, Array]:
         at = response(contact, z)
-        opened = 1 - present * at.value
-        value = jnp.log(delayed * at.value / opened) - z
+        (now, now_slope), (before, slope) = ([weighted(part, of) for of in at[:2]] for part in feedback)
+        doubt, doubt_before = (weighted(part, at.rounding) for part in sizes)
+        opened = 1 - now
+        value = jnp.log(before / opened) - z
         value = value - 2j * jnp.pi * jnp.round(value.imag / (2 * jnp.pi))
-        slope = at.slope / (at.value * opened) - 1
-        rounding = at.rounding * (1 / jnp.abs(at.value) + jnp.abs(present / opened)) + 1 + jnp.abs(z)
-        return value, slope, rounding
+        rounding = doubt_before / jnp.abs(before) + doubt / jnp.abs(opened) + 1 + jnp.abs(z)
+        return value, slope / before + now_slope / opened - 1, rounding
 
     value, slope, _ = rest(z)
     first = value / slope

@@ -1,11 +1,11 @@
 """How many roots lie to the right of a line Re z = x, at all gains of an interval at once.
 
-With k = 1/K the roots are where k + L(z) = 0, L = −(p + q e^{−z}) H. While k goes over an interval no root passes the
-line if −L misses the interval everywhere on it, and then the number of roots to the right is the same for all its
-gains. A cell of the line is decided in one of three ways, each by bounds of H and H′ from the distances to the poles:
-the delayed part is smaller than the rest, |q e^{−z} H| < |k − p H|, for all k; it is larger for all k; or
-−L in its middle is further from the interval than it can change in half a cell. The number itself is counted at the
-largest |K|, as in ``line``.
+With k = 1/K the roots are where k + L(z) = 0, L = −P − Q e^{−z}, P = Σ p H and Q = Σ q H. While k goes over an
+interval no root passes the line if −L misses the interval everywhere on it, and then the number of roots to the right
+is the same for all its gains. A cell of the line is decided in one of three ways, each by bounds of H and H′ from the
+distances to the poles: the delayed part is smaller than the rest, |Q e^{−z}| < |k − P|, for all k; it is larger for
+all k; or −L in its middle is further from the interval than it can change in half a cell. The number itself is
+counted at the largest |K|, as in ``line``.
 """
 
 from functools import partial
@@ -19,6 +19,7 @@ from lobex.characteristic.cells import Cells, bounds_of_mode, decide, first_cell
 from lobex.characteristic.closed_loop import Loops
 from lobex.characteristic.function import decaying
 from lobex.characteristic.lanes import in_batches, take
+from lobex.characteristic.open_loop import Open, weighted
 
 Array = Any
 
@@ -27,18 +28,6 @@ _DONE, _SPLIT, _LOUD, _CLEAR = 0, 1, 2, 3
 _ROUNDS = 7
 # Of batches.
 _SIZE = (1024,)
-
-
-class Open(NamedTuple):
-    """L = −(p + q e^{−z}) H of lanes (b,): p, q, and H as the loop that it makes alone."""
-
-    present: Array
-    delayed: Array
-    loops: Loops
-
-    def filled(self) -> "Open":
-        """With modes that add nothing, up to one of a few numbers of them, for which programs are compiled."""
-        return self._replace(loops=self.loops.filled())
 
 
 class Strips(NamedTuple):
@@ -64,12 +53,9 @@ def roots_over(opened: Open, on_device: Open, strips: Strips, poles: Array) -> t
     with np.errstate(all="ignore"):
         size = np.exp(-level)
         low, high = 1 / strips.strongest, 1 / strips.weakest
-        at = np.sum(
-            (mine.loops.first * level + mine.loops.constant)
-            / ((level - mine.loops.upper) * (level - mine.loops.lower)),
-            axis=0,
-        ).real
-        number = poles - (mine.delayed * size * at / (low - mine.present * at) > 1)
+        bottom = (level - mine.loops.upper) * (level - mine.loops.lower)
+        at = np.sum((mine.loops.first * level + mine.loops.constant) / bottom[:, None], axis=0).real
+        number = poles - (weighted(mine.delayed, at) * size / (low - weighted(mine.present, at)) > 1)
 
     def look(cells: Cells) -> Array:
         line = cells.line
@@ -84,8 +70,7 @@ def roots_over(opened: Open, on_device: Open, strips: Strips, poles: Array) -> t
         return code == _SPLIT
 
     with np.errstate(all="ignore"):
-        least = np.abs(low) / (np.abs(mine.present) + np.abs(mine.delayed) * size)
-        decided = decide(first_cells(mine.loops, level, least), look, len(lane), _ROUNDS)
+        decided = decide(first_cells(mine.bounding(size), level, np.abs(low)), look, len(lane), _ROUNDS)
     return number, decided
 
 
@@ -103,32 +88,38 @@ def _look(opened: Open, lane: Array, level: Array, k: Array, other: Array, low: 
     middle, half = (low + high) / 2, (high - low) / 2
     z = jax.lax.complex(jnp.broadcast_to(level, low.shape), middle)
 
-    def term(mode: Loops) -> tuple[Array, ...]:
-        over = bounds_of_mode(mode, level, middle, half)
-        return value_of_mode(mode, z), over.value, over.slope
+    def term(mode: Loops) -> Any:
+        bounds = [bounds_of_mode(one, level, middle, half) for one in mode.each()]
+        values = [value_of_mode(one, z) for one in mode.each()]
+        return values, [over.value for over in bounds], [over.slope for over in bounds]
 
-    value, most, steepest = over_modes(term, mine.loops, (z, low, low))
-    modulus = jnp.abs(value)
-    change = steepest * half
+    outputs = len(mine.present)
+    values, most, steepest = over_modes(term, mine.loops, ([z] * outputs, [low] * outputs, [low] * outputs))
     present, delayed = jnp.abs(mine.present), jnp.abs(mine.delayed) * jnp.exp(-level)
-    across, along = mine.present * value.imag, mine.present * value.real
-    nearest = _beyond(across, along, k, other) - present * change
-    farthest = jnp.hypot(across, jnp.maximum(jnp.abs(along - k), jnp.abs(along - other))) + present * change
-    quiet = delayed * jnp.minimum(modulus + change, most) < nearest
+    now, before = weighted(mine.present, values), weighted(mine.delayed, values)
+    across, along = now.imag, now.real
+    change = weighted(present, steepest) * half
+    nearest = _beyond(across, along, k, other) - change
+    farthest = jnp.hypot(across, jnp.maximum(jnp.abs(along - k), jnp.abs(along - other))) + change
+    largest, varying = jnp.abs(before) * jnp.exp(-level), weighted(delayed, steepest) * half
+    quiet = jnp.minimum(largest + varying, weighted(delayed, most)) < nearest
     # The rest keeps its phase to within half a turn.
-    steady = jnp.hypot(across, along - k) > present * change
-    loud = steady & (delayed * (modulus - change) > farthest)
-    feedback = mine.present + mine.delayed * decaying(z)
-    loop = feedback * value
-    nearby = jnp.minimum(jnp.abs(feedback) + delayed * half, present + delayed)
-    moved = half * (delayed * jnp.minimum(most, modulus + change) + nearby * steepest)
+    steady = jnp.hypot(across, along - k) > change
+    loud = steady & (largest - varying > farthest)
+    turned = decaying(z)
+    loop = now + before * turned
+    nearby = [
+        jnp.minimum(jnp.abs(p + q * turned) + by * half, at_once + by)
+        for p, q, at_once, by in zip(mine.present, mine.delayed, present, delayed, strict=True)
+    ]
+    moved = half * (jnp.minimum(weighted(delayed, most), largest + varying) + weighted(nearby, steepest))
     # −L is what misses the interval.
     clear = steady & (_beyond(loop.imag, loop.real, k, other) > moved)
     # 1 − w has a positive real part in the middle, and turns by less than a quarter from there: w passes nothing.
     rest, whole = k - along, k - loop.real
     size, whole_size = jnp.square(rest) + jnp.square(across), jnp.square(whole) + jnp.square(loop.imag)
     ahead = rest * whole + across * loop.imag > 0
-    apart = ahead & (jnp.square(moved) * size + jnp.square(present * change) * whole_size < size * whole_size)
+    apart = ahead & (jnp.square(moved) * size + jnp.square(change) * whole_size < size * whole_size)
     code = jnp.where(quiet | (clear & apart), _DONE, jnp.where(loud, _LOUD, jnp.where(clear, _CLEAR, _SPLIT)))
     return (code.astype(jnp.int8).T,)
 
@@ -139,14 +130,16 @@ def _passed(opened: Open, lane: Array, level: Array, k: Array, low: Array, high:
     mine = take(opened, lane)
     places = jax.lax.complex(level, low), jax.lax.complex(level, high)
 
-    def term(mode: Loops) -> tuple[Array, ...]:
-        return tuple(value_of_mode(mode, z) for z in places)
+    def term(mode: Loops) -> Any:
+        return [[value_of_mode(one, z) for one in mode.each()] for z in places]
 
-    begin, end = over_modes(term, mine.loops, places)
+    values = over_modes(term, mine.loops, [[z] * len(mine.present) for z in places])
+    now, before = ([weighted(part, at) for at in values] for part in (mine.present, mine.delayed))
     # Nothing but rounding on the real axis, where its sign would be counted.
-    begin = jax.lax.complex(begin.real, cast(Array, jnp.where(low == 0, 0.0, begin.imag)))
-    rest = [k - mine.present * h for h in (begin, end)]
-    delayed = [mine.delayed * h * decaying(z) for h, z in zip((begin, end), places, strict=True)]
+    for part in (now, before):
+        part[0] = jax.lax.complex(part[0].real, cast(Array, jnp.where(low == 0, 0.0, part[0].imag)))
+    rest = [k - p for p in now]
+    delayed = [q * decaying(z) for q, z in zip(before, places, strict=True)]
     whole = [r - d for r, d in zip(rest, delayed, strict=True)]
 
     def angle(pair: list[Array]) -> Array:
@@ -155,8 +148,8 @@ def _passed(opened: Open, lane: Array, level: Array, k: Array, low: Array, high:
 
     # The argument of 1 − w, followed, and as the principal value has it.
     opening = angle(rest)
-    by_delay = angle([begin, end]) - (high - low) + angle([w * d.conj() for w, d in zip(whole, delayed, strict=True)])
+    by_delay = angle(before) - (high - low) + angle([w * d.conj() for w, d in zip(whole, delayed, strict=True)])
     turned = jnp.where(loud, by_delay, angle(whole)) - opening
-    before, after = (jnp.angle(w * r.conj()) for w, r in zip(whole, rest, strict=True))
-    before = jnp.where((low == 0) & (jnp.abs(before) > jnp.pi / 2), -jnp.pi, before)
-    return (-jnp.round((turned - (after - before)) / (2 * jnp.pi)).astype(int),)
+    first, last = (jnp.angle(w * r.conj()) for w, r in zip(whole, rest, strict=True))
+    first = jnp.where((low == 0) & (jnp.abs(first) > jnp.pi / 2), -jnp.pi, first)
+    return (-jnp.round((turned - (last - first)) / (2 * jnp.pi)).astype(int),)

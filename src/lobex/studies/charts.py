@@ -59,7 +59,7 @@ def sweep(
 ) -> "Chart | Study":
     """The dominant Floquet multiplier and its chatter frequency over a grid: a stability lobe diagram.
 
-    By default, where the coefficients are constant and there is one contact direction, by the roots of the
+    By default, where the coefficients are constant and there are one force and one delay, by the roots of the
     characteristic equation (``CharacteristicRoots()``), and else by operators with as many nodes at every point
     as its estimated error asks for (``Duhamel(tolerance=1e-8)``). Operators' multipliers come from their powers
     and are checked against the equations; points that do not settle get more powers, then the dense eigensolver.

@@ -80,8 +80,8 @@ def critical_gain(
         process: a process, such as ``Rub(modes)``, or with ``over`` a function of a dictionary of numbers.
         speed: speeds, Hz (revolutions per second), (n,) or one number; with ``over`` increasing.
         bounds: lowest and highest gain, in the units of the process' gain.
-        method: ``Auto()``, which is ``CharacteristicRoots()`` where the process has constant coefficients and one
-            contact direction, and ``Duhamel()`` elsewhere; or one of these, ``Chebyshev(…)`` or
+        method: ``Auto()``, which is ``CharacteristicRoots()`` where the process has constant coefficients, one
+            force and one delay, and ``Duhamel()`` elsewhere; or one of these, ``Chebyshev(…)`` or
             ``SemiDiscretization(…)``.
         scan: number of gains in the scan of an operator.
         over, store, processes: further axes, the study's folder and its share, as ``sweep`` takes them.
