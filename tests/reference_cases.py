@@ -139,16 +139,15 @@ def pulsating(numbers: Numbers, t: Any, speed: Any, gain: Any) -> Any:
 def blade(content: Case) -> Iterator[Task]:
     """Group g."""
     for case in content["cases"]:
-        process, exact = blade_process(content, case)
+        process = blade_process(content, case)
         group, speed, limit = f"g {case['case']}", case["speed_Hz"], case["critical_K"]
-        bounds = (1e-2 * limit, 1.1 * limit)
-        yield lowest(f"{group} limit", process, speed, case, limit, bounds, None if exact else 129)
+        yield lowest(f"{group} limit", process, speed, case, limit, (1e-2 * limit, 1.1 * limit), None)
         for point in case["points"]:
             yield Multiplier(f"{group} mu", f"{name(case)} K={point['K']:g}", process, speed, point["K"], point)
 
 
-def blade_process(content: Case, case: Case) -> tuple[Any, bool]:
-    """The blade of a case, and whether ``exact_limit`` takes it."""
+def blade_process(content: Case, case: Case) -> Any:
+    """The blade of a case."""
     beam, casing = content["beam"], content["casing"]
     alone = case["case"] != "beam"
     angle = np.deg2rad(case.get("alpha_deg", casing["alpha_deg"]))
@@ -173,12 +172,12 @@ def blade_process(content: Case, case: Case) -> tuple[Any, bool]:
     loading = shape + friction * (-np.sin(angle) * along + np.cos(angle) * across)
     ratio = np.full(len(omega), beam["xi"])
     if case["case"] == "casing-ring":
-        return in_ring_casing(omega, ratio, shape, loading, casing, case), False
+        return in_ring_casing(omega, ratio, shape, loading, casing, case)
     if case["case"] == "casing-local":
         omega = np.append(omega, 2 * pi * casing["frequency_Hz"])
         ratio = np.append(ratio, casing["xi"])
         shape, loading = (np.append(side, -1 / sqrt(casing["m"])) for side in (shape, loading))
-    return lobex.Rub(lobex.Modes(omega, ratio, shape[:, None], loading[:, None])), True
+    return lobex.Rub(lobex.Modes(omega, ratio, shape[:, None], loading[:, None]))
 
 
 def in_ring_casing(

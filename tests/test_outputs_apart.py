@@ -14,31 +14,16 @@ from scipy.special import lambertw
 
 import lobex
 from lobex.characteristic.method import CharacteristicRoots
+from own_feedback import held, modal, seen
 from root_count import Feedback, polished, roots_beyond
 
 KNOWN = json.loads((Path(__file__).parent / "data" / "process_damping.json").read_text())
-
-
-def seen(rows, t, speed, gain):
-    return gain * rows
 
 
 def cut(numbers, share, t, speed, gain):
     """K b of the displacement and C b/v of the velocity."""
     force, damping, radius = numbers
     return gain * share * jnp.stack([force, damping / (2 * jnp.pi * radius * speed)])[None]
-
-
-def modal(omega, ratio, mass, **others):
-    """Modes in a row under one force; the state is (q, q'/omega), and it is seen by displacement and velocity."""
-    omega, ratio, mass = (np.asarray(part, dtype=float) for part in (omega, ratio, mass))
-    none = np.zeros_like(omega)
-    return lobex.LinearDelay(
-        drift=np.block([[np.diag(none), np.diag(omega)], [-np.diag(omega), -2 * np.diag(ratio * omega)]]),
-        inputs=np.concatenate([none, 1 / (mass * omega)])[:, None],
-        outputs=np.stack([np.concatenate([none + 1, none]), np.concatenate([none, omega])]),
-        **others,
-    )
 
 
 def turning(name):
@@ -172,10 +157,6 @@ def test_a_delay_that_is_not_the_period():
     assert chart.spectral_radius[0] == pytest.approx(np.exp(root.real * period), rel=1e-12)
     assert chart.multiplier[0].real == pytest.approx(np.exp(root * period).real, abs=1e-11)
     assert chart.chatter_frequency[0] == pytest.approx(np.abs(root.imag) / (2 * np.pi), abs=1e-12)
-
-
-def held(numbers, t, speed, gain):
-    return numbers[0] - gain * numbers[1:]
 
 
 def test_a_spring_that_is_there_without_gain_is_part_of_the_structure():

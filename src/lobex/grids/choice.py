@@ -19,7 +19,7 @@ class Auto:
 
     @property
     def candidates(self) -> tuple[CharacteristicRoots, Duhamel]:
-        """``CharacteristicRoots()`` for constant coefficients with one force and one delay; ``Duhamel()`` refuses nothing."""
+        """``CharacteristicRoots()`` for constant coefficients and one delay; ``Duhamel()`` refuses nothing."""
         return CharacteristicRoots(), Duhamel()
 
 

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from lobex.limits.brackets import Cells, half_turn_rate, half_turns
 from lobex.limits.receptance import Curve
 from lobex.limits.roots import bracketed_root
+from lobex.limits.sections import on_boundary
 
 Array = Any
 
@@ -31,7 +32,7 @@ def above(curve: Curve, cells: Cells, speed: Array, gain: Array) -> tuple[Cells,
     known: Array = jnp.where(there, cells.gain, 1.0)
     reached = (curve.anchor[cells.row] + cells.low) * jnp.sqrt(gain / known) * _SPARE
     last: Array = jnp.where(closed, cells.high, jnp.maximum(reached - curve.anchor[cells.row], cells.low))
-    target = -0.5 / gain
+    target = on_boundary(gain)
     below = there & closed & (curve.at(cells.row, last)[0].real <= target)
     through = there & ~below & (cells.gain < gain)
 

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 
 from lobex._namespace import namespace
 from lobex.limits.receptance import Curve, clustered
+from lobex.limits.sections import on_boundary
 
 Array = Any
 
@@ -89,7 +90,7 @@ def _ordered(curve: Curve, row: Array, offset: Array) -> Cells:
         high = [jnp.concatenate(pair) for pair in zip(high, last, strict=True)]
         row = jnp.concatenate([row, row[-1:]])
         present = jnp.concatenate([present, response.real[-1:] < 0])
-    gain = jnp.where(present & (low[3] < 0), -0.5 / low[3], jnp.inf)
+    gain: Array = jnp.where(present & (low[3] < 0), on_boundary(low[3]), jnp.inf)
     order = jnp.argsort(gain)
     return Cells(*(a[order] for a in (row, low[0], high[0], low[1], high[1], low[2], high[2], gain)))
 

@@ -14,7 +14,9 @@ from lobex.grids.choice import AUTO, AnyMethod, check_any_method, chosen_method,
 from lobex.grids.resolution import oddities
 from lobex.grids.sweep import SweepWarning
 from lobex.limits.axis import changes_on_axis
+from lobex.limits.closed_form import Regeneration, closed_form
 from lobex.limits.crossings import Crossings, polished
+from lobex.limits.receptance import Receptance
 from lobex.limits.scan import scan_gains
 from lobex.limits.traced import traced_critical_gain
 from lobex.limits.undamped import undefined
@@ -22,11 +24,9 @@ from lobex.operators.operator import Method
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_gain, check_process, check_speed
 from lobex.processes.quantity import quantity_of
-from lobex.processes.regenerative import Rub, Turning
 from lobex.results.codes import Kind, Status
 from lobex.results.description import describe
 from lobex.results.limit import Limit
-from lobex.structures.modes import Modes
 
 Array = Any
 
@@ -130,10 +130,10 @@ def _search(
 
 def _leave_undefined(process: Process, speeds: np.ndarray, parts: dict[str, np.ndarray]) -> None:
     """Say nothing at the speeds at which a mode without damping is a root at every gain."""
-    modes = getattr(process, "modes", None)
-    if not isinstance(process, Rub | Turning) or not isinstance(modes, Modes):
+    found = closed_form(process)
+    if not isinstance(found, Regeneration) or isinstance(found.receptance, Receptance):
         return
-    neutral = undefined(modes, speeds)
+    neutral = undefined(found.receptance, speeds)
     for name in ("gain", "chatter_frequency", "error", "intervals"):
         parts[name][neutral] = np.nan
     parts["kind_code"][neutral], parts["status_code"][neutral] = Kind.NONE, Status.UNDEFINED

@@ -22,14 +22,15 @@ from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex.limits.above import above
 from lobex.limits.brackets import Cells, cells, half_turns
-from lobex.limits.receptance import Curve, ModalCurve, Receptance, SampledCurve, as_complex, receptance
+from lobex.limits.closed_form import Regeneration, closed_form
+from lobex.limits.receptance import Curve, ModalCurve, Receptance, SampledCurve, receptance
 from lobex.limits.search import Crossing, lowest_crossing, phase
-from lobex.processes.process import check_speed
-from lobex.processes.regenerative import Rub, Turning
+from lobex.limits.sections import as_complex, on_boundary, sections_of
+from lobex.processes.process import Process, check_speed
 from lobex.structures.modes import Modes
 
 Array = Any
-Source = Modes | Receptance | Rub | Turning
+Source = Modes | Receptance | Regeneration | Process
 
 # Speeds that are searched together: their phases at all cells stay in cache.
 _BATCH = 128
@@ -91,19 +92,19 @@ def exact_branches(source: Source, omega: Array, lobes: int = 10) -> ExactBranch
     """Gain and speeds of the stability boundary at given frequencies.
 
     Args:
-        source: ``Rub``, ``Turning``, or the ``Modes`` (one contact direction) or measured ``Receptance`` of a rub.
+        source: what ``exact_limit`` takes, or the ``Modes`` (one contact direction) or ``Receptance`` of a rub.
         omega: ω, shape (n,), rad/s.
         lobes: number of lobes, from the first.
 
     Raises:
         ValueError: for a source of another kind, several contact directions, or ω not above zero.
     """
-    source = _checked(source)
+    found = regeneration_of(source)
     omega = np.asarray(omega) if isinstance(omega, list | tuple) else omega
     _checks.positive("omega", omega, "rad/s")
     if np.ndim(omega) != 1:
         raise ValueError(f"omega has shape {np.shape(omega)}; give a one-dimensional array")
-    return ExactBranches(*_branches(source, omega, _checks.integer("lobes", lobes, 1, _MOST_LOBES)))
+    return ExactBranches(*_branches(found, omega, _checks.integer("lobes", lobes, 1, _MOST_LOBES)))
 
 
 def exact_critical(source: Source, speed: Array, lowest: Array | None = None) -> ExactLimit:
@@ -119,7 +120,7 @@ def exact_critical(source: Source, speed: Array, lowest: Array | None = None) ->
     carry the derivative. ``jit`` and ``vmap`` work, and inputs under them keep their precision.
 
     Args:
-        source: ``Rub``, ``Turning``, or the ``Modes`` (one contact direction) or measured ``Receptance`` of a rub.
+        source: what ``exact_limit`` takes, or the ``Modes`` (one contact direction) or ``Receptance`` of a rub.
         speed: speeds in Hz (revolutions per second), any shape.
         lowest: of modes, a gain above zero to search from, one number, in the place of 0.
 
@@ -132,10 +133,10 @@ def exact_critical(source: Source, speed: Array, lowest: Array | None = None) ->
         ValueError: for a source of another kind, several contact directions, or speeds that are not above
             zero, not finite, or by their size rpm.
     """
-    source = _checked(source)
+    found = regeneration_of(source)
     speed = np.asarray(speed) if isinstance(speed, list | tuple) else speed
     check_speed(source, speed)  # pyright: ignore[reportArgumentType]
-    return ExactLimit(*_critical(source, speed, lowest))
+    return ExactLimit(*_critical(found, speed, lowest))
 
 
 def exact_minimum(source: Source, lobes: int = 10) -> ExactMinimum:
@@ -144,56 +145,53 @@ def exact_minimum(source: Source, lobes: int = 10) -> ExactMinimum:
     For one mode of stiffness k it is 2kξ(1 + ξ) at ω = ωₙ√(1 + 2ξ). Differentiable once with respect to every
     number in ``source``. Arguments and errors as for ``exact_branches``.
     """
-    source = _checked(source)
-    return ExactMinimum(*_minimum(source, _checks.integer("lobes", lobes, 1, _MOST_LOBES)))
+    return ExactMinimum(*_minimum(regeneration_of(source), _checks.integer("lobes", lobes, 1, _MOST_LOBES)))
 
 
-def _checked(source: Any) -> Source:
-    if not isinstance(source, Source):
-        hint = "; lobex.limits.hayes has the limits of Scalar" if type(source).__name__ == "Scalar" else ""
-        raise ValueError(
-            f"source = {_checks.brief(source)} has no exact limit; give Rub, Turning, Modes or Receptance{hint}"
-        )
-    if isinstance(source, Receptance):
+def regeneration_of(source: Any) -> Regeneration:
+    """What D-subdivision takes of a process with a closed form, of modes, or of a measured receptance.
+
+    Raises:
+        ValueError: for another source.
+    """
+    if isinstance(source, Regeneration):
         return source
-    modes = source if isinstance(source, Modes) else source.modes
-    if modes.directions != 1:
-        raise ValueError(f"source has {modes.directions} contact directions; give modes with one")
-    # Lists are arrays here: JAX would take each of their numbers for an argument of its own.
-    return jax.tree.map(_as_array, source, is_leaf=lambda leaf: isinstance(leaf, list | tuple))
-
-
-def _as_array(leaf: Any) -> Array:
-    return np.asarray(leaf, dtype=float) if isinstance(leaf, list | tuple) else leaf
-
-
-def _curve(source: Source) -> Curve:
-    """The receptance of a source."""
     if isinstance(source, Receptance):
-        return SampledCurve(source)
-    return ModalCurve(source if isinstance(source, Modes) else source.modes)
+        return Regeneration(source, 1.0)
+    if isinstance(source, Modes):
+        return Regeneration(sections_of(source), 1.0)
+    if isinstance(source, type) or not callable(getattr(source, "system", None)):
+        raise ValueError(
+            f"source = {_checks.brief(source)} has no exact limit; give a process, lobex.Modes or lobex.Receptance"
+        )
+    found = closed_form(source)
+    if isinstance(found, Regeneration):
+        return found
+    why = found if isinstance(found, str) else "is Hayes' equation, of which lobex.limits.hayes has the limits"
+    raise ValueError(f"process = {type(source).__name__} has no exact limit by D-subdivision: it {why}")
 
 
-def _stiffness(source: Source) -> Array:
-    """Its contact stiffness per unit of gain."""
-    return source.radial if isinstance(source, Turning) else 1.0
+def _curve(source: Regeneration) -> Curve:
+    """Its receptance."""
+    part = source.receptance
+    return SampledCurve(part) if isinstance(part, Receptance) else ModalCurve(part)
 
 
 def _gain(curve: Curve, row: Array, offset: Array) -> Array:
-    gain = -0.5 / curve.at(row, offset)[0].real
+    gain = on_boundary(curve.at(row, offset)[0].real)
     # At the pole of an undamped mode: exactly zero, with the derivative by damping that it has.
     return gain - jnp.where(curve.undamped_at(row, offset), jax.lax.stop_gradient(gain), 0.0)
 
 
 @in_float64
-def _branches(source: Source, omega: Array, lobes: int) -> tuple[Array, Array]:
+def _branches(source: Regeneration, omega: Array, lobes: int) -> tuple[Array, Array]:
     lib = namespace(source, omega)
     omega = lib.asarray(omega, dtype=lib.result_type(float))
-    response = receptance(source if isinstance(source, Modes | Receptance) else source.modes, omega)
+    response = receptance(source.receptance, omega)
     there = response.real < 0
     real = lib.where(there, response.real, -1.0)
     speed = _lobe_speeds(as_complex(real, response.imag), omega, lobes)
-    return lib.where(there, -0.5 / real / _stiffness(source), lib.nan), lib.where(there, speed, lib.nan)
+    return lib.where(there, on_boundary(real) / source.stiffness, lib.nan), lib.where(there, speed, lib.nan)
 
 
 def _lobe_speeds(response: Array, omega: Array, lobes: int) -> Array:
@@ -203,12 +201,12 @@ def _lobe_speeds(response: Array, omega: Array, lobes: int) -> Array:
 
 # Of a structure, whatever is asked of it.
 @jax.jit
-def _cells(source: Source) -> Cells:
+def _cells(source: Regeneration) -> Cells:
     return cells(_curve(jax.lax.stop_gradient(source)))
 
 
 @in_float64
-def _critical(source: Source, speed: Array, lowest: Array | None) -> tuple[Array, Array, Array, Array]:
+def _critical(source: Regeneration, speed: Array, lowest: Array | None) -> tuple[Array, Array, Array, Array]:
     lib = namespace(source, speed, lowest)
     speed = lib.asarray(speed, dtype=lib.result_type(float))
     flat, parts, count = speed.ravel(), _cells(source), speed.size
@@ -228,7 +226,9 @@ def _critical(source: Source, speed: Array, lowest: Array | None) -> tuple[Array
 
 
 @jax.jit
-def _limits(source: Source, parts: Cells, lowest: Array | None, speed: Array) -> tuple[Array, Array, Array, Array]:
+def _limits(
+    source: Regeneration, parts: Cells, lowest: Array | None, speed: Array
+) -> tuple[Array, Array, Array, Array]:
     """At speeds (b,)."""
     curve = _curve(source)
     # The search is done with the values alone; the derivative is put on its result.
@@ -238,11 +238,11 @@ def _limits(source: Source, parts: Cells, lowest: Array | None, speed: Array) ->
         still_speed = jax.lax.stop_gradient(speed)
         mine, stable = parts, True
         if lowest is not None:
-            mine, stable = above(still, parts, still_speed, lowest * jax.lax.stop_gradient(_stiffness(source)))
+            mine, stable = above(still, parts, still_speed, lowest * jax.lax.stop_gradient(source.stiffness))
         found = lowest_crossing(still, mine, still_speed)
         offset = _follow(curve, speed, found)
         exists = stable & (found.gain < jnp.inf)
-        gain = jnp.where(exists, _gain(curve, found.row, offset) / _stiffness(source), jnp.nan)
+        gain = jnp.where(exists, _gain(curve, found.row, offset) / source.stiffness, jnp.nan)
         omega = jnp.where(exists, curve.anchor[found.row] + offset, jnp.nan)
         return gain, omega, found.lobe.astype(int), found.tie
 
@@ -259,12 +259,12 @@ def _follow(curve: Curve, speed: Array, found: Crossing) -> Array:
 
 
 @in_float64
-def _minimum(source: Source, lobes: int) -> tuple[Array, Array, Array]:
+def _minimum(source: Regeneration, lobes: int) -> tuple[Array, Array, Array]:
     return _least(source, _cells(source), lobes)
 
 
 @partial(jax.jit, static_argnames="lobes")
-def _least(source: Source, parts: Cells, lobes: int) -> tuple[Array, Array, Array]:
+def _least(source: Regeneration, parts: Cells, lobes: int) -> tuple[Array, Array, Array]:
     curve = _curve(source)
     lowest = jax.tree.map(lambda a: a[0], parts)
     row, offset = lowest.row, lowest.low
@@ -276,6 +276,6 @@ def _least(source: Source, parts: Cells, lobes: int) -> tuple[Array, Array, Arra
     exists = lowest.gain < jnp.inf
     omega = curve.anchor[row] + offset
     response = jnp.where(exists, curve.at(row, offset)[0], -1.0)
-    gain = _gain(curve, row, offset) / _stiffness(source)
+    gain = _gain(curve, row, offset) / source.stiffness
     speed = _lobe_speeds(response, omega, lobes)
     return jnp.where(exists, gain, jnp.nan), jnp.where(exists, omega, jnp.nan), jnp.where(exists, speed, jnp.nan)

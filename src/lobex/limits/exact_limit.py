@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -10,19 +9,18 @@ from lobex import _checks
 from lobex._float64 import in_float64
 from lobex._pytree import pytree
 from lobex._timing import timed
-from lobex.limits.exact import ExactMinimum, Source, exact_branches, exact_critical, exact_minimum
+from lobex.limits.closed_form import Rate, closed_form
+from lobex.limits.exact import ExactMinimum, exact_branches, exact_critical, exact_minimum, regeneration_of
 from lobex.limits.hayes import hayes_interval
 from lobex.limits.receptance import ModalCurve, Receptance
+from lobex.limits.sections import Sections
 from lobex.limits.undamped import undefined
-from lobex.processes.canonical import Scalar
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_process, check_speed
 from lobex.processes.quantity import quantity_of
-from lobex.processes.regenerative import Rub, Turning
 from lobex.results.codes import Kind, Status
 from lobex.results.description import describe
 from lobex.results.limit import Limit
-from lobex.structures.modes import Modes
 
 Array = Any
 
@@ -50,15 +48,17 @@ class ExactLobes:
 
 
 def exact_limit(process: Process, speed: Any) -> Limit:
-    """The stability limit in closed form: constant coefficients, one contact direction, any number of modes.
+    """The stability limit in closed form: a force K [y − y(t − τ)] in one direction, any number of modes.
 
-    D-subdivision over all lobes and modes for ``Rub`` and ``Turning``, with modes or with a measured
-    ``Receptance`` in their place; Hayes' limits for ``Scalar``, whose ``gain`` is the upper one. Good to
+    D-subdivision over all lobes and modes, of ``Rub`` and ``Turning``, with modes or with a measured ``Receptance`` in
+    their place, and of any process whose equations say the same: constant coefficients that are proportional to the
+    gain, one delay, which is the period, and a structure that is stable by itself and follows neither speed nor gain.
+    Hayes' limits for a single state, such as ``Scalar``, whose ``gain`` is the upper one. Good to
     1e-12 relative, and differentiable with respect to speed and every number in the process. ``intervals``
     holds the stable interval below the limit; whether the process is stable again above it is not looked at.
 
     Args:
-        process: ``Rub``, ``Turning`` or ``Scalar``.
+        process: ``Rub``, ``Turning``, ``Scalar``, or one of your own of that form.
         speed: speeds, Hz (revolutions per second), (n,) or one number.
 
     Returns:
@@ -67,8 +67,8 @@ def exact_limit(process: Process, speed: Any) -> Limit:
         mode without damping turns a whole number of times per revolution, see ``lobex.limits.undamped``.
 
     Raises:
-        ValueError: for a process with periodic coefficients or several contact directions, and for speeds that
-            are not positive and finite.
+        ValueError: for a process of another form, such as one with periodic coefficients or several contact directions,
+            in words; and for speeds that are not positive and finite.
 
     Warns:
         LobexWarning: for numbers that can hardly be meant: speeds in rpm, damping in per cent.
@@ -80,23 +80,30 @@ def exact_limit(process: Process, speed: Any) -> Limit:
     speed = jnp.atleast_1d(jnp.asarray(speed)) if _checks.is_traced(speed) else np.atleast_1d(np.asarray(speed, float))
     if np.ndim(speed) != 1 or np.size(speed) == 0:
         raise ValueError(f"speed has shape {np.shape(speed)}; give one speed or a list of them")
+    found = closed_form(process)
+    if isinstance(found, str):
+        raise ValueError(f"process = {type(process).__name__} has no exact limit, since it {found}; give critical_gain")
     with timed() as spent:
-        limits = _hayes(process, speed) if isinstance(process, Scalar) else _lobes(process, speed)
-    gain, frequency, kind, tie, low = limits
-    modes = getattr(process, "modes", None)
-    neutral = lib.zeros(speed.shape, bool) if not isinstance(modes, Modes) else undefined(modes, speed)
+        if isinstance(found, Rate):
+            gain, frequency, kind, tie, low = _hayes(found, speed)
+        else:
+            by_lobes = exact_critical(found, speed)
+            gain, frequency, tie = by_lobes.gain, by_lobes.chatter_frequency, by_lobes.tie
+            kind, low = Kind.HOPF, 0.0
+    seen = None if isinstance(found, Rate) else found.receptance
+    neutral = undefined(seen, speed) if isinstance(seen, Sections) else lib.zeros(speed.shape, bool)
     gain, frequency = (lib.where(neutral, lib.nan, part) for part in (gain, frequency))
-    found = lib.isfinite(gain)
-    missing = Status.BEYOND_THE_MEASURED_FREQUENCIES if isinstance(modes, Receptance) else Status.NONE_IN_RANGE
-    status = lib.where(found, lib.where(tie, int(Status.TIE), int(Status.FOUND)), int(missing))
+    there = lib.isfinite(gain)
+    missing = Status.BEYOND_THE_MEASURED_FREQUENCIES if isinstance(seen, Receptance) else Status.NONE_IN_RANGE
+    status = lib.where(there, lib.where(tie, int(Status.TIE), int(Status.FOUND)), int(missing))
     status = lib.where(neutral, int(Status.UNDEFINED), status)
     return Limit(
         speed=speed,
         gain=gain,
         chatter_frequency=frequency,
-        kind_code=lib.where(found, int(kind), int(Kind.NONE)).astype("int8"),
+        kind_code=lib.where(there, int(kind), int(Kind.NONE)).astype("int8"),
         status_code=status.astype("int8"),
-        intervals=lib.stack([lib.where(found, low, lib.nan), gain], axis=-1)[:, None],
+        intervals=lib.stack([lib.where(there, low, lib.nan), gain], axis=-1)[:, None],
         error=_RELATIVE_ERROR * lib.abs(gain),
         bounds=(-np.inf if process.gain.signed else 0.0, np.inf),
         quantity=quantity_of(process),
@@ -112,7 +119,7 @@ def exact_lobes(process: Process, lobes: int = 10) -> ExactLobes:
     """The boundary of stability as one curve per lobe, for plots, with the least limit over all speeds.
 
     Args:
-        process: ``Rub`` or ``Turning``, with modes or a measured ``Receptance``.
+        process: ``Rub`` or ``Turning``, with modes or a measured ``Receptance``, or one of your own of that form.
         lobes: number of lobes, from the first, the one of highest speed.
 
     Raises:
@@ -123,47 +130,26 @@ def exact_lobes(process: Process, lobes: int = 10) -> ExactLobes:
     """
     check_process(process)
     _checks.untraced("exact_lobes", process=process)
-    source = _source(process)
+    found = regeneration_of(process)
     warn_of_implausible(process, [])
-    omega = _frequencies(source)
-    curves = exact_branches(source, omega, lobes)
-    return ExactLobes(omega, curves.gain, curves.speed, exact_minimum(source, lobes))
+    omega = _frequencies(found.receptance)
+    curves = exact_branches(found, omega, lobes)
+    return ExactLobes(omega, curves.gain, curves.speed, exact_minimum(found, lobes))
 
 
-def _source(process: Any) -> Source:
-    """What D-subdivision takes: a measured receptance of turning is scaled, so that its gain is a depth."""
-    if not isinstance(process, Rub | Turning):
-        raise ValueError(
-            f"process = {type(process).__name__} has no exact limit; give Rub, Turning or Scalar, or critical_gain"
-        )
-    measured = process.modes
-    if not isinstance(measured, Receptance):
-        return process
-    if isinstance(process, Rub):
-        return measured
-    # Not by the constructor, which would look at the samples a second time.
-    return jax.tree.unflatten(jax.tree.structure(measured), [measured.frequency, measured.response * process.radial])
-
-
-def _lobes(process: Any, speed: Array) -> tuple[Array, Array, Kind, Array, float]:
-    found = exact_critical(_source(process), speed)
-    return found.gain, found.chatter_frequency, Kind.HOPF, found.tie, 0.0
-
-
-def _hayes(process: Scalar, speed: Array) -> tuple[Array, Array, Kind, Array, Array]:
-    interval = hayes_interval(process.a, speed)
+def _hayes(found: Rate, speed: Array) -> tuple[Array, Array, Kind, Array, Array]:
+    interval = hayes_interval(found.own, speed)
     none = interval.upper * 0.0
-    return interval.upper, none, Kind.FOLD, none > 0, interval.lower
+    return interval.upper / found.delayed, none, Kind.FOLD, none > 0, interval.lower / found.delayed
 
 
 @in_float64
-def _frequencies(source: Source) -> Array:
+def _frequencies(source: Sections | Receptance) -> Array:
     """Frequencies dense at the resonances, up to three times the highest."""
     if isinstance(source, Receptance):
         knots = 2 * np.pi * np.asarray(source.frequency)
     else:
-        modes = source.modes if isinstance(source, Rub | Turning) else source
-        curve = ModalCurve(modes)
+        curve = ModalCurve(source)
         row, offset = curve.grid()
         knots = np.sort(curve.anchor[row] + offset)
         knots = knots[(knots > 0) & (knots < _REACH * np.max(curve.anchor))]

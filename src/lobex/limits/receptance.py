@@ -4,7 +4,6 @@ from dataclasses import InitVar
 from typing import Any, Protocol
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from lobex import _checks
@@ -12,6 +11,7 @@ from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._warnings import warn
 from lobex.limits.measurement import MEASURED, as_receptance, suspicion
+from lobex.limits.sections import Sections, modal_response, sections_of
 from lobex.structures.modes import Modes
 
 Array = Any
@@ -91,11 +91,11 @@ class Receptance:
         object.__setattr__(self, "response", as_receptance(frequency, response, measured, conjugate))
 
 
-def receptance(source: Modes | Receptance, omega: Array) -> Array:
+def receptance(source: Modes | Sections | Receptance, omega: Array) -> Array:
     """G(ω) = Σ φᵢψᵢ/(ωᵢ² − ω² + 2jξᵢωᵢω) at the contact, complex, m/N.
 
     Args:
-        source: modes with one contact direction, or a measured receptance, which is interpolated.
+        source: modes with one contact direction, or their sections, or a measured receptance, which is interpolated.
         omega: ω, rad/s, any shape.
 
     Returns:
@@ -104,8 +104,9 @@ def receptance(source: Modes | Receptance, omega: Array) -> Array:
     lib = namespace(source, omega)
     omega = lib.asarray(omega, dtype=lib.result_type(float))
     with np.errstate(divide="ignore", invalid="ignore"):
-        if isinstance(source, Modes):
-            return _modal_response(source, lib.asarray(source.angular_frequency) - omega[..., None], omega)[0]
+        if not isinstance(source, Receptance):
+            sections = sections_of(source) if isinstance(source, Modes) else source
+            return modal_response(sections, lib.asarray(sections.angular_frequency) - omega[..., None], omega)[0]
         curve = SampledCurve(source)
         row = lib.clip(lib.searchsorted(curve.anchor, omega, side="right") - 1, 0, curve.rows - 1)
         inside = (omega >= curve.anchor[0]) & (omega <= curve.knot[-1])
@@ -150,24 +151,24 @@ class ModalCurve:
     any rounding of ω, and everything else stays as it is.
     """
 
-    def __init__(self, modes: Modes) -> None:
-        lib = namespace(modes)
-        angular_frequency = lib.asarray(modes.angular_frequency, dtype=lib.result_type(float))
+    def __init__(self, sections: Sections) -> None:
+        lib = namespace(sections)
+        angular_frequency = lib.asarray(sections.angular_frequency, dtype=lib.result_type(float))
         order = lib.argsort(_still(angular_frequency))
-        damping_ratio = lib.asarray(modes.damping_ratio, dtype=angular_frequency.dtype)[order]
+        damping_ratio = lib.asarray(sections.damping_ratio, dtype=angular_frequency.dtype)[order]
         floor = lib.finfo(angular_frequency.dtype).eps ** 2
         self.undamped = damping_ratio < floor
         raised = _still(lib.maximum(damping_ratio, floor) - damping_ratio)
         self.anchor = angular_frequency[order]
-        shapes = [lib.asarray(shape)[order] for shape in jax.tree.leaves((modes.shape, modes.force_shape))]
-        self.modes = jax.tree.unflatten(jax.tree.structure(modes), [self.anchor, damping_ratio + raised, *shapes])
+        weight, rate = (None if part is None else lib.asarray(part)[order] for part in (sections.weight, sections.rate))
+        self.sections = Sections(self.anchor, damping_ratio + raised, weight, rate)
         self.open_ended = True
         # Of Re G, its slope and the bend of arg G: degrees in ω² of their numerators, which are at most 4n.
-        self.most_breaks = 4 * modes.count
+        self.most_breaks = 4 * len(self.anchor)
 
     def grid(self) -> tuple[Array, Array]:
-        lib = namespace(self.modes)
-        anchor, width = self.anchor, self.anchor * self.modes.damping_ratio
+        lib = namespace(self.sections)
+        anchor, width = self.anchor, self.anchor * self.sections.damping_ratio
         apart = lib.abs(anchor[:, None] - anchor)
         # The finest feature as seen from each mode, which may be a neighbour's resonance.
         finest = lib.min(lib.maximum(width, apart), axis=1)
@@ -175,8 +176,7 @@ class ModalCurve:
         # Neighbouring rows overlap by a little more than rounding, so that nothing falls between them.
         half = lib.diff(anchor) / 2 + 8 * lib.finfo(anchor.dtype).eps * anchor[1:]
         # Below the first mode Re G > 0 at a driving point, but not where displacement and force differ.
-        lowest = lib.zeros_like(anchor[:1]) if self.modes.force_shape is None else anchor[:1]
-        below = lib.concatenate([lowest, half])
+        below = lib.concatenate([anchor[:1], half])
         above = lib.concatenate([half, top[None]])
         steps = lib.arange(1, _POINTS + 1) / _POINTS
         left, right = (clustered(finest[:, None], reach[:, None], steps) for reach in (below, above))
@@ -185,10 +185,10 @@ class ModalCurve:
 
     def at(self, row: Array, offset: Array) -> tuple[Array, Array, Array]:
         anchor = self.anchor[row]
-        return _modal_response(self.modes, self._distance(row, offset), anchor + offset)
+        return modal_response(self.sections, self._distance(row, offset), anchor + offset)
 
     def undamped_at(self, row: Array, offset: Array) -> Array:
-        lib = namespace(self.modes, row, offset)
+        lib = namespace(self.sections, row, offset)
         close = lib.abs(self._distance(row, offset)) <= lib.finfo(self.anchor.dtype).eps ** 1.5 * self.anchor
         return lib.any(close & self.undamped, axis=-1)
 
@@ -239,27 +239,6 @@ def clustered(width: Array, reach: Array, steps: Array) -> Array:
     """Offsets up to ``reach``, evenly spaced up to about ``width`` and geometrically beyond; ``steps`` in (0, 1]."""
     lib = namespace(width, reach)
     return lib.minimum(width * lib.sinh(steps * lib.arcsinh(reach / width)), reach)
-
-
-def _modal_response(modes: Modes, distance: Array, omega: Array) -> tuple[Array, Array, Array]:
-    """G, G′ and G″ at ω, shape (…,), where ``distance`` is ωᵢ − ω, shape (…, n)."""
-    lib = namespace(modes, distance, omega)
-    angular_frequency = lib.asarray(modes.angular_frequency)
-    weight = lib.asarray(modes.shape)[:, 0] * lib.asarray(modes.loading)[:, 0]
-    damping = 2 * lib.asarray(modes.damping_ratio) * angular_frequency
-    omega = omega[..., None]
-    inverse = 1 / as_complex(distance * (angular_frequency + omega), damping * omega)
-    ratio = as_complex(-2 * omega, damping) * inverse
-    terms = (inverse, -inverse * ratio, 2 * inverse * (ratio**2 + inverse))
-    response, slope, bend = (lib.sum(weight * term, axis=-1) for term in terms)
-    return response, slope, bend
-
-
-def as_complex(real: Array, imaginary: Array) -> Array:
-    """A complex number from its parts, which broadcast."""
-    if namespace(real, imaginary) is np:
-        return real + 1j * imaginary
-    return jax.lax.complex(*jnp.broadcast_arrays(real, imaginary))
 
 
 def _slopes(knot: Array, value: Array) -> Array:

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 from lobex.limits.brackets import Cells, half_turn_bend, half_turn_rate, half_turns
 from lobex.limits.receptance import Curve
 from lobex.limits.roots import bracketed_root
+from lobex.limits.sections import on_boundary
 
 Array = Any
 
@@ -117,7 +118,7 @@ def lowest_crossing(curve: Curve, cells: Cells, speed: Array) -> Crossing:
 
 def _gain(real: Array, there: Array) -> Array:
     safe: Array = cast(Array, jnp.where(there, real, -1.0))
-    return -0.5 / safe
+    return on_boundary(safe)
 
 
 def _better(curve: Curve, best: Crossing, new: Crossing) -> Crossing:

@@ -11,12 +11,12 @@ from lobex._float64 import in_float64
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.floquet import power
 from lobex.grids.choice import AnyMethod, Auto, operator_of
+from lobex.limits.closed_form import Regeneration, closed_form
 from lobex.limits.crossings import TIE, label_densely, operator_family
 from lobex.limits.exact import exact_critical
 from lobex.limits.growth import SQUARINGS, find_crossing, growth
 from lobex.operators.operator import Method
 from lobex.processes.process import Process
-from lobex.processes.regenerative import Rub, Turning
 from lobex.results.codes import Kind, Status
 from lobex.results.description import describe
 from lobex.results.limit import Limit
@@ -32,14 +32,16 @@ _SCAN_SQUARINGS = 16
 def traced_critical_gain(process: Process, speed: Any, gains: np.ndarray, method: AnyMethod) -> Limit:
     """The lowest limit between the first and the last of ``gains`` where speed or process are traced.
 
-    ``Rub`` and ``Turning`` have it by D-subdivision, unless a method with an operator is asked for. Of everything
-    else the gains are scanned with an operator of fixed size, and Newton's method polishes the first crossing.
+    What has it in closed form, such as ``Rub`` and ``Turning``, has it by D-subdivision, unless a method with an
+    operator is asked for. Of everything else the gains are scanned with an operator of fixed size, and Newton's method
+    polishes the first crossing.
     """
     speeds = jnp.atleast_1d(jnp.asarray(speed, dtype=jnp.result_type(float)))
     exact = isinstance(method, Auto | CharacteristicRoots)
-    if exact and isinstance(process, Rub | Turning) and process.modes.directions == 1:
+    found = closed_form(process) if exact else None
+    if isinstance(found, Regeneration):
         method = CharacteristicRoots()
-        parts = _by_subdivision(process, speeds, float(gains[0]), float(gains[-1]))
+        parts = _by_subdivision(found, speeds, float(gains[0]), float(gains[-1]))
     else:
         method = operator_of(method)
         parts = _by_operator(process, speeds, gains, method)
@@ -63,8 +65,8 @@ def traced_critical_gain(process: Process, speed: Any, gains: np.ndarray, method
     )
 
 
-def _by_subdivision(process: Rub | Turning, speeds: Array, lowest: float, highest: float) -> _Parts:
-    found = exact_critical(process, speeds, lowest if lowest > 0 else None)
+def _by_subdivision(source: Regeneration, speeds: Array, lowest: float, highest: float) -> _Parts:
+    found = exact_critical(source, speeds, lowest if lowest > 0 else None)
     within = found.gain <= highest
     status = jnp.where(within, jnp.where(found.tie, Status.TIE, Status.FOUND), Status.NONE_IN_RANGE)
     status = jnp.where(jnp.isnan(found.gain), Status.UNSTABLE_AT_THE_LOWER_BOUND, status)

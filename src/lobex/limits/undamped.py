@@ -9,11 +9,10 @@ defined, and at this very speed close to the one below.
 
 from typing import Any
 
-import jax.numpy as jnp
 import numpy as np
 
-from lobex import _checks
-from lobex.structures.modes import Modes
+from lobex._namespace import namespace
+from lobex.limits.sections import Sections
 
 Array = Any
 
@@ -21,18 +20,18 @@ Array = Any
 _ROUNDING = 8
 
 
-def undefined(modes: Modes, speed: Array) -> Array:
+def undefined(sections: Sections, speed: Array) -> Array:
     """Whether a mode that the contact sees has no damping and turns through whole waves per revolution, (n,).
 
     Args:
-        modes: of a rub or of turning, with one delay per revolution.
+        sections: the receptance that the force K [y − y(t − τ)] sees, of one delay per revolution.
         speed: (n,), Hz.
     """
-    numbers = (modes.angular_frequency, modes.damping_ratio, modes.shape, modes.loading, speed)
-    lib = jnp if any(map(_checks.is_traced, numbers)) else np
-    angular_frequency, damping_ratio, shape, loading, speed = map(lib.asarray, numbers)
+    lib = namespace(sections, speed)
+    numbers = sections.angular_frequency, sections.damping_ratio, sections.weight, speed
+    angular_frequency, damping_ratio, weight, speed = map(lib.asarray, numbers)
     rounding = lib.finfo(angular_frequency.dtype).eps
-    free = (damping_ratio < rounding**2) & lib.any(shape * loading != 0, axis=1)
+    free = (damping_ratio < rounding**2) & (weight != 0)
     waves = angular_frequency / (2 * np.pi) / speed[:, None]
     whole = lib.abs(waves - lib.round(waves)) <= _ROUNDING * rounding * lib.maximum(waves, 1.0)
     return lib.any(free & whole & (waves > 0.5), axis=1)

@@ -169,7 +169,7 @@ def check_modes(modes: Any, measured: bool = False) -> None:
     if isinstance(modes, Modes) or (measured and hasattr(modes, "response")):
         return
     if hasattr(modes, "response"):
-        hint = "a measured receptance serves exact_limit of Rub and Turning only; give lobex.Modes"
+        hint = "a measured receptance serves exact_limit alone; give lobex.Modes"
     else:
         hint = "give lobex.Modes, such as lobex.Rod().modes()"
     raise ValueError(f"modes = {_checks.brief(modes)}: {hint}")

@@ -1,0 +1,208 @@
+"""Whether the stability limit of a process has a closed form, by what its equations are, and what the form takes."""
+
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+
+from lobex import _checks
+from lobex._float64 import at_once
+from lobex._namespace import namespace
+from lobex.characteristic.closed_loop import FAR, responses
+from lobex.limits.receptance import Receptance
+from lobex.limits.sections import Sections
+from lobex.processes.process import Process
+from lobex.structures.modes import Modes
+from lobex.systems.form import by_form
+from lobex.systems.system import DelaySystem, dense_outputs
+from lobex.systems.traits import followers
+
+Array = Any
+
+# At what a system is looked at that does not follow its speed.
+_SPEED = 1e-3
+_ROUNDING = 1e-12
+# Of a pole by eigenvalues on the imaginary axis, in units of its size.
+_STILL = 1e-14
+_GOLDEN = (5**0.5 - 1) / 2
+# In the place of a measurement.
+_ONE = Modes(np.ones(1), np.full(1, 0.1), np.ones((1, 1)))
+
+
+class Regeneration(NamedTuple):
+    """A force −K κ [y − y(t − τ)] with the receptance G that y has to it, τ the period.
+
+    Attributes:
+        receptance: G.
+        stiffness: κ, of a gain of one.
+    """
+
+    receptance: Sections | Receptance
+    stiffness: Array
+
+
+class Rate(NamedTuple):
+    """ż = a z + K b z(t − τ) of a single state, τ the period, b > 0.
+
+    Attributes:
+        own: a, 1/s.
+        delayed: b, 1/s per unit of gain.
+    """
+
+    own: Array
+    delayed: Array
+
+
+class _Numbers(NamedTuple):
+    """What the numbers of a process say: why there is no closed form; whether it is that of a single state; whether
+    blocks of two states are the structure's; and whether its velocities are seen.
+    """
+
+    why: str | None
+    single: bool = False
+    blocks: bool = False
+    rates: bool = False
+
+
+def closed_form(process: Process) -> Regeneration | Rate | str:
+    """What the closed form of a limit takes, or in words why there is none.
+
+    It needs constant coefficients, one force, one delay that is the period, and a structure that follows neither speed
+    nor gain: then D-subdivision (Neimark, 1949) of a force K [y − y(t − τ)], or Hayes' limits (1950) of a single state.
+    Of numbers that JAX traces others are looked at in their place, which no coincidence would make regenerative.
+    """
+    measured = [leaf for leaf in jax.tree.leaves(process, is_leaf=_is_measured) if _is_measured(leaf)]
+    modal: Any = jax.tree.map(lambda leaf: _ONE if _is_measured(leaf) else leaf, process, is_leaf=_is_measured)
+    with jax.enable_x64(True):
+        why = _form_refused(modal)
+    if why:
+        return why
+    traced = _checks.is_traced(modal)
+    with at_once():
+        found = _of_numbers(_others(modal) if traced else modal, bool(measured))
+    if found.why:
+        return found.why
+    if traced:
+        return _made(modal, found, measured)
+    with at_once():
+        # A float64 JAX array falls back to float32 in the first operation outside the scope.
+        made = _made(modal, found, measured)
+        return made if isinstance(made, str) else jax.tree.map(np.asarray, made)
+
+
+def _made(process: Process, found: _Numbers, measured: list[Receptance]) -> Regeneration | Rate | str:
+    system = process.system(_SPEED, 1.0)
+    held, present, delayed = _feedback(process)
+    if measured:
+        return Regeneration(measured[0], -present[0])
+    if found.single:
+        inputs = system.input_matrix()[0, 0]
+        own = system.blocks[0, 0, 0] + inputs * (held @ system.output_matrix())[0]
+        return Rate(own, inputs * (delayed @ dense_outputs(system.recalled))[0])
+    if found.blocks:
+        return Regeneration(_by_blocks(system, -present, found.rates), 1.0)
+    if _checks.is_traced((system, held, present)):
+        return "has a structure without modes, which JAX traces"
+    return _by_poles(system, held, -present)
+
+
+@by_form
+def _form_refused(made: Any, shapes: tuple[Any, ...], number: Any) -> str | None:
+    system = jax.eval_shape(lambda numbers, speed, gain: made(numbers).system(speed, gain), shapes, number, number)
+    if not all(term.coefficient.constant for term in system.terms):
+        return "has periodic coefficients"
+    if not system.repeats or len(system.delays) != 1:
+        return "has other delays than its period"
+    if system.force_size != 1:
+        return f"has {system.force_size} contact directions"
+
+    def parts(numbers: Any, speed: Array, gain: Array) -> tuple[Any, Any]:
+        system = made(numbers).system(speed, gain)
+        return (system.blocks, system.inputs, system.outputs, system.recalled), system.at(np.zeros(1))
+
+    by_gain = jax.make_jaxpr(lambda numbers, speed, gain: parts(numbers, speed, gain)[0])(shapes, number, number)
+    by_speed = jax.make_jaxpr(lambda numbers, gain, speed: parts(numbers, speed, gain))(shapes, number, number)
+    if any(followers(by_gain.jaxpr)) or any(followers(by_speed.jaxpr)):
+        return "has coefficients that follow the speed, or a structure that follows the gain"
+    return None
+
+
+def _feedback(process: Process) -> tuple[Array, Array, Array]:
+    """Of each output the present force without gain, and the present and the delayed one per unit of gain."""
+    (held, _), (present, delayed) = (_forces(process, gain) for gain in (0.0, 1.0))
+    return held, present - held, delayed
+
+
+def _forces(process: Process, gain: float) -> tuple[Array, Array]:
+    present, (delayed,) = process.system(_SPEED, gain).at(np.zeros(1))
+    return present[0, 0], delayed[0, 0]
+
+
+def _of_numbers(process: Process, measured: bool) -> _Numbers:
+    system = process.system(_SPEED, 1.0)
+    held, present, delayed = map(np.asarray, _feedback(process))
+    twice, none = _forces(process, 2.0), _forces(process, 0.0)[1]
+    lines = (held + 2 * present, 2 * delayed)
+    straight = all(np.allclose(a, b, rtol=_ROUNDING, atol=0.0) for a, b in zip(twice, lines, strict=True))
+    if np.any(none) or not straight:
+        return _Numbers("has forces that are not proportional to the gain")
+    now, then = present @ system.output_matrix(), delayed @ dense_outputs(system.recalled)
+    if system.state_size == 1 and not np.any(now):
+        positive = bool(np.all(system.input_matrix() @ then > 0))
+        return _Numbers(None if positive else "has a delayed gain of another sign", single=True)
+    if not np.any(now) or not np.allclose(now, -then, rtol=0.0, atol=_ROUNDING * np.max(np.abs(now))):
+        return _Numbers("has a force that is not one of what is now less what was a period ago")
+    if measured and np.any(present > 0):
+        return _Numbers("has a force along what is measured, and not against it")
+    blocks = np.asarray(system.blocks)
+    small = blocks.shape[1] == 2 and not np.any(held)
+    still = small and not np.any(np.einsum("nrs,ns->nr", system.outputs, np.asarray(system.inputs)[..., 0]))
+    if small:
+        determinant, trace = np.linalg.det(blocks), np.trace(blocks, axis1=1, axis2=2)
+        if np.any(determinant <= 0) or np.any(trace > 0):
+            return _Numbers("has a structure that is not stable by itself")
+    return _Numbers(None, blocks=small, rates=not still)
+
+
+def _by_blocks(system: DelaySystem, weights: Array, rates: bool) -> Sections:
+    """G of blocks of two states."""
+    lib = namespace(system.blocks, system.inputs, system.outputs, weights)
+    a, (e0, e1) = lib.asarray(system.blocks), lib.asarray(system.inputs)[..., 0].T
+    c0, c1 = lib.einsum("r,nrs->sn", weights, lib.asarray(system.outputs))
+    own = lib.sqrt(a[:, 0, 0] * a[:, 1, 1] - a[:, 0, 1] * a[:, 1, 0])
+    return Sections(
+        angular_frequency=own,
+        damping_ratio=-(a[:, 0, 0] + a[:, 1, 1]) / (2 * own),
+        weight=c0 * (a[:, 0, 1] * e1 - a[:, 1, 1] * e0) + c1 * (a[:, 1, 0] * e0 - a[:, 0, 0] * e1),
+        rate=c0 * e0 + c1 * e1 if rates else None,
+    )
+
+
+def _by_poles(system: DelaySystem, held: Array, weights: Array) -> Regeneration | str:
+    """G of any structure, by its pairs of poles."""
+    inputs, outputs = np.asarray(system.input_matrix()), np.asarray(system.output_matrix())
+    drift = np.asarray(system.drift()) + inputs * (held @ outputs)
+    loops = responses(drift[None], inputs[None, :, 0], (weights @ outputs)[None, None])
+    first, constant = (part[:, 0, 0] for part in loops[:2])
+    upper, lower = (part[:, 0] for part in loops[2:])
+    size = np.abs(upper)
+    if np.any(lower.real == -FAR):
+        return "has a pole without a partner"
+    if np.any(np.maximum(upper.real, lower.real) > _STILL * size):
+        return "has a structure that is not stable by itself"
+    own = np.sqrt((upper * lower).real)
+    ratio = np.where(np.abs(upper.real) > _STILL * size, -(upper + lower).real / (2 * own), 0.0)
+    return Regeneration(Sections(own, ratio, constant, first), 1.0)
+
+
+def _others(process: Process) -> Any:
+    """The process of other numbers, no two of them alike."""
+    leaves, tree = jax.tree.flatten(process)
+    sizes = [int(np.prod(np.shape(leaf))) for leaf in leaves]
+    numbers = np.split(1 + np.arange(1, sum(sizes) + 1) * _GOLDEN % 1, np.cumsum(sizes)[:-1])
+    filled = [part.reshape(np.shape(leaf)) for part, leaf in zip(numbers, leaves, strict=True)]
+    return jax.tree.unflatten(tree, filled)
+
+
+def _is_measured(leaf: Any) -> bool:
+    return isinstance(leaf, Receptance)

@@ -1,0 +1,69 @@
+"""The receptance of a structure as a sum of second-order sections, and its derivatives by frequency."""
+
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from lobex._namespace import namespace
+from lobex._pytree import pytree
+from lobex.structures.modes import Modes
+
+Array = Any
+
+
+@pytree()
+class Sections:
+    """G(s) = Σ (β + α s)/(s² + 2ξω s + ω²) at a contact.
+
+    Attributes:
+        angular_frequency: ω, (n,), rad/s.
+        damping_ratio: ξ, (n,).
+        weight: β, (n,), 1/kg.
+        rate: α, (n,), s/kg; None where no velocity is seen.
+    """
+
+    angular_frequency: Array
+    damping_ratio: Array
+    weight: Array
+    rate: Array | None = None
+
+
+def sections_of(modes: Modes) -> Sections:
+    """G of modes with one contact direction."""
+    if modes.directions != 1:
+        raise ValueError(f"source has {modes.directions} contact directions; give modes with one")
+    shape, loading = (namespace(modes).asarray(side)[:, 0] for side in (modes.shape, modes.loading))
+    return Sections(modes.angular_frequency, modes.damping_ratio, shape * loading)
+
+
+def on_boundary(value: Array) -> Array:
+    """K = −1/(2 Re G) of a root on the imaginary axis, of Re G; and Re G of K."""
+    return -0.5 / value
+
+
+def modal_response(sections: Sections, distance: Array, omega: Array) -> tuple[Array, Array, Array]:
+    """G, G′ and G″ at ω, shape (…,), where ``distance`` is ωᵢ − ω, shape (…, n)."""
+    lib = namespace(sections, distance, omega)
+    angular_frequency, weight = map(lib.asarray, (sections.angular_frequency, sections.weight))
+    damping = 2 * lib.asarray(sections.damping_ratio) * angular_frequency
+    omega = omega[..., None]
+    inverse = 1 / as_complex(distance * (angular_frequency + omega), damping * omega)
+    ratio = as_complex(-2 * omega, damping) * inverse
+    terms = (inverse, -inverse * ratio, 2 * inverse * (ratio**2 + inverse))
+    parts: list[Array] = [weight * term for term in terms]
+    if sections.rate is not None:
+        # (β + jαω)/D, whose numerator has the slope jα.
+        steep = as_complex(lib.zeros_like(damping), lib.asarray(sections.rate))
+        further = (0.0, terms[0], 2 * terms[1])
+        parts = [part + steep * (omega * term + more) for part, term, more in zip(parts, terms, further, strict=True)]
+    response, slope, bend = (lib.sum(part, axis=-1) for part in parts)
+    return response, slope, bend
+
+
+def as_complex(real: Array, imaginary: Array) -> Array:
+    """A complex number from its parts, which broadcast."""
+    if namespace(real, imaginary) is np:
+        return real + 1j * imaginary
+    return jax.lax.complex(*jnp.broadcast_arrays(real, imaginary))
