@@ -196,3 +196,14 @@ def test_what_has_no_closed_form_is_refused_in_words(process, words):
     assert words in str(error.value)
     assert "give critical_gain" in str(error.value)
     assert "\n" not in str(error.value)
+
+
+def test_matrices_in_coordinates_of_ones_own():
+    own = own_rub(ROD.modes)
+    turned = np.eye(10) + 0.1 * np.random.default_rng(3).normal(size=(10, 10))
+    drift, inputs, outputs = (np.asarray(part) for part in (own.drift, own.inputs, own.outputs))
+    force = turned @ inputs @ outputs @ np.linalg.inv(turned)
+    process = lobex.LinearDelay(
+        turned @ drift @ np.linalg.inv(turned), [(Partial(seen, force), None)], present=Partial(seen, -force)
+    )
+    assert lobex.exact_limit(process, SPEEDS).gain == pytest.approx(lobex.exact_limit(ROD, SPEEDS).gain, rel=1e-9)

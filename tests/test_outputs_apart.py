@@ -214,3 +214,32 @@ def test_a_delay_out_of_its_range_at_every_speed_has_no_limit():
     process = lobex.LinearDelay([[-1.0]], [(Partial(seen, np.ones((1, 1))), 0.5)], period=1.0, delay_range=(0.6, 0.9))
     limit = lobex.critical_gain(process, [1.0, 2.0], (-3.0, 3.0))
     assert set(limit.status) == {"not converged"}
+
+
+def times(matrices, t, speed, gain):
+    return gain * matrices
+
+
+def test_forces_in_one_direction_of_the_state_are_one():
+    # In other coordinates, without inputs and outputs: matrices of rank one.
+    omega, ratio, mass = np.array([900.0, 1500.0]), np.array([0.03, 0.02]), np.array([1.0, 2.0])
+    one = modal(omega, ratio, mass)
+    inputs, outputs = np.asarray(one.inputs), np.asarray(one.outputs)
+    rng = np.random.default_rng(2)
+    turned = np.eye(4) + 0.3 * rng.normal(size=(4, 4))
+    back = np.linalg.inv(turned)
+    now, then = np.array([[-1.0, -2e-4]]), np.array([[1.0, 0.0]])
+    process = modal(omega, ratio, mass, present=Partial(seen, now), delayed=[(Partial(seen, then), None)])
+    whole = lobex.LinearDelay(
+        turned @ np.asarray(one.drift) @ back,
+        [(Partial(times, turned @ inputs @ then @ outputs @ back), None)],
+        present=Partial(times, turned @ inputs @ now @ outputs @ back),
+    )
+    speeds, gains = np.linspace(40, 300, 12), np.linspace(0, 3e6, 12)
+    chart, wanted = (lobex.sweep(each, speeds, gains) for each in (whole, process))
+    assert chart.method == wanted.method == {"type": "CharacteristicRoots"}
+    assert chart.spectral_radius == pytest.approx(wanted.spectral_radius, rel=1e-10)
+    limits = [lobex.critical_gain(each, speeds, (1e2, 1e9)).gain for each in (whole, process)]
+    assert limits[0] == pytest.approx(limits[1], rel=1e-9)
+    none = lobex.LinearDelay(whole.drift, [(Partial(times, np.eye(4)), None)])
+    assert "4 contact directions" in str(CharacteristicRoots().refuses(none, 100.0))

@@ -14,7 +14,8 @@ from lobex.characteristic.grid import Structure, rightmost_at_points, rightmost_
 from lobex.characteristic.lanes import few
 from lobex.processes.process import Process, check_process
 from lobex.systems.form import by_form
-from lobex.systems.system import DelaySystem, dense_outputs
+from lobex.systems.one_force import one_force
+from lobex.systems.system import DelaySystem
 from lobex.systems.traits import followers
 
 Array = Any
@@ -35,13 +36,14 @@ class CharacteristicRoots:
 
     For constant coefficients with one force and one delay, which need not be the period: ``Rub``, ``Turning``,
     ``Scalar``, and an equation of one's own in which the force sees any number of outputs, now and a delay ago, such
-    as displacement and velocity. The delayed force is proportional to the gain, and the present one, affine in it,
-    need not vanish without. No operator is built and nothing is discretised. At every point the roots to the right of a
-    line are counted by the argument principle, with the response between delayed and present force as a rational
-    function whose bounds decide every part of the line (``line``), and roots are sought until those in hand are as many
-    as were counted (``climb``; over large grids for strips of neighbouring gains at once: ``loci``). So no root is
-    missed, whatever the number of waves per delay, the damping and the gain. Multipliers are good to rounding, times
-    |sT|.
+    as displacement and velocity; forces that act in one direction of the state are one. The delayed force is
+    proportional to the gain; the present one is affine in it, and need not vanish without.
+
+    No operator is built and nothing is discretised. At every point the roots to the right of a line are counted by the
+    argument principle, with the response between delayed and present force as a rational function whose bounds decide
+    every part of the line (``line``), and roots are sought until those in hand are as many as were counted (``climb``;
+    over large grids for strips of neighbouring gains at once: ``loci``). So no root is missed, whatever the number of
+    waves per delay, the damping and the gain. Multipliers are good to rounding, times |sT|.
     """
 
     def over_grid(self, process: Process, speeds: Array, gains: Array) -> tuple[Array, Array, Array, Array]:
@@ -106,9 +108,11 @@ class CharacteristicRoots:
         """Why it does not serve a process, in words, or None where it does."""
         why = _shape_refused(process)
         if why is None:
-            parts = [_parts(process.system(speed, 2.0 * share)) for share in _SHARES]
-            structure, present, delayed = jax.tree.map(lambda *one: np.stack(one), *parts)
+            systems = [process.system(speed, 2.0 * share) for share in _SHARES]
+            structure, present, delayed = jax.tree.map(lambda *one: np.stack(one), *map(_parts, systems))
             why = _OTHERWISE if _strays(structure, present, delayed, 2.0) else None
+            apart = one_force(systems[-1], present[-1] - present[0], delayed[-1]).apart
+            why = _several(systems[-1]) if why is None and apart else why
         return why
 
     def resolved_radians(self, system: DelaySystem) -> float:
@@ -132,8 +136,9 @@ def contacts(process: Process, speeds: np.ndarray, largest: float) -> tuple[np.n
     filled = np.resize(speeds, few(max(len(speeds), _SPEEDS)))
     whole = jax.tree.map(lambda a: np.asarray(a)[: len(speeds)], _contacts(process, filled, largest or 1.0))
     sound = np.logical_and.reduce([np.isfinite(a.reshape(len(a), -1)).all(axis=1) for a in jax.tree.leaves(whole)])
-    structure, polynomials, stray, held = jax.tree.map(lambda a: a[sound], whole)
+    structure, polynomials, stray, apart, held = jax.tree.map(lambda a: a[sound], whole)
     _require(_OTHERWISE if np.any(stray) else None, process)
+    _require(_several(process.system(speeds[0], largest)) if np.any(apart) else None, process)
     if polynomials is None or np.any(held):
         parts = by_poles(structure.alone(), structure.delay, doubt(structure.drift) * structure.delay)
     else:
@@ -166,47 +171,49 @@ def _results(
 
 
 def _parts(system: DelaySystem) -> tuple[tuple[Array, ...], Array, Array]:
-    """What is to stay as the gain changes; and the forces per unit of each output, now (r,) and a delay ago (m,)."""
+    """What is to stay as the gain changes; and the forces per unit of each output, now and a delay ago, (e, r)."""
     present, (delayed,) = system.at(np.zeros(1))
     (lag,) = system.lags(np.zeros(1))
     return (
         (system.blocks, system.inputs, system.outputs, system.recalled, system.period, lag),
-        present[0, 0],
-        delayed[0, 0],
+        present[0],
+        delayed[0],
     )
 
 
 @jax.jit
-def _contacts(process: Process, speeds: Array, largest: Any) -> tuple[Structure, Any, Array, Array]:
-    """Structures; H's polynomials of small blocks; whether the gain enters otherwise than told; and what forces without
-    gain.
+def _contacts(process: Process, speeds: Array, largest: Any) -> tuple[Structure, Any, Array, Array, Array]:
+    """Structures; H's polynomials of small blocks; whether the gain enters otherwise than told, and forces act in
+    several directions; and what forces without gain.
     """
 
-    def one(speed: Array) -> tuple[Structure, Any, Array, Array]:
+    def one(speed: Array) -> tuple[Structure, Any, Array, Array, Array]:
         system = process.system(speed, largest)
         parts = jax.vmap(lambda share: _parts(process.system(speed, largest * share)))(_SHARES)
         held = parts[1][0]
         present, delayed = ((part[-1] - part[0]) / largest for part in parts[1:])
-        outputs = system.outputs
-        if system.output_size > 1 or system.remembered is not None:
+        force = one_force(system, present, delayed)
+        if system.force_size == system.output_size == 1 and system.remembered is None:
+            outputs, present, delayed = system.output_matrix(), present[0], delayed[0]
+        else:
             # What is seen now and a delay ago, as the two outputs of the force.
-            pairs = (present, outputs), (delayed, system.recalled)
-            outputs = jnp.stack([jnp.einsum("r,nrs->ns", *pair) for pair in pairs], axis=1)
+            outputs = jnp.stack([force.present, force.delayed])
             present, delayed = jnp.array([1.0, 0.0]), jnp.array([0.0, 1.0])
-        inputs, period = system.input_matrix()[:, 0], jnp.asarray(system.period)
+        period = jnp.asarray(system.period)
         delay = system.lags(jnp.zeros(1))[0][0] * period
         structure = Structure(
-            drift=system.drift() + inputs[:, None] * (held @ system.output_matrix()),
-            inputs=inputs,
-            outputs=dense_outputs(outputs),
+            drift=system.drift() + system.input_matrix() @ held @ system.output_matrix(),
+            inputs=force.inputs,
+            outputs=outputs,
             present=present,
             delayed=delayed,
             delay=delay,
             period=period,
         )
-        small = np.shape(system.blocks)[1] <= _SMALL
-        polynomials = by_blocks(system.blocks, system.inputs[:, :, 0], outputs, delay) if small else None
-        return structure, polynomials, _strays(*parts, largest), held
+        shape = np.shape(system.blocks)[:2]
+        inputs, seen = force.inputs.reshape(shape), outputs.reshape(-1, *shape).swapaxes(0, 1)
+        polynomials = by_blocks(system.blocks, inputs, seen, delay) if shape[1] <= _SMALL else None
+        return structure, polynomials, _strays(*parts, largest), force.apart, held
 
     return jax.vmap(one)(speeds)
 
@@ -247,9 +254,11 @@ def _form_refused(made: Any, shapes: tuple[Any, ...], number: Any) -> str | None
         return f"which has {len(system.delays)} delays; give an operator"
     if any(followers(jax.make_jaxpr(lags)(shapes, number, number, jax.ShapeDtypeStruct((1,), number.dtype)).jaxpr)):
         return "whose delay varies; give an operator"
-    if system.force_size != 1:
-        return f"which has {system.force_size} contact directions; give modes with one"
     return None
+
+
+def _several(system: DelaySystem) -> str:
+    return f"which has {system.force_size} contact directions; give modes with one"
 
 
 def _require(why: str | None, process: Process) -> None:

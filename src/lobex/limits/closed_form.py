@@ -14,7 +14,8 @@ from lobex.limits.sections import Sections
 from lobex.processes.process import Process
 from lobex.structures.modes import Modes
 from lobex.systems.form import by_form
-from lobex.systems.system import DelaySystem, dense_outputs
+from lobex.systems.one_force import OneForce, one_force
+from lobex.systems.system import DelaySystem
 from lobex.systems.traits import followers
 
 Array = Any
@@ -94,16 +95,16 @@ def _made(process: Process, found: _Numbers, measured: list[Receptance]) -> Rege
     system = process.system(_SPEED, 1.0)
     held, present, delayed = _feedback(process)
     if measured:
-        return Regeneration(measured[0], -present[0])
+        return Regeneration(measured[0], -present[0, 0])
+    force = one_force(system, present, delayed)
     if found.single:
-        inputs = system.input_matrix()[0, 0]
-        own = system.blocks[0, 0, 0] + inputs * (held @ system.output_matrix())[0]
-        return Rate(own, inputs * (delayed @ dense_outputs(system.recalled))[0])
+        own = system.blocks[0] + system.input_matrix() @ held @ system.output_matrix()
+        return Rate(own[0, 0], force.inputs[0] * force.delayed[0])
     if found.blocks:
-        return Regeneration(_by_blocks(system, -present, found.rates), 1.0)
-    if _checks.is_traced((system, held, present)):
+        return Regeneration(_by_blocks(system, force, found.rates), 1.0)
+    if _checks.is_traced((system, held, force)):
         return "has a structure without modes, which JAX traces"
-    return _by_poles(system, held, -present)
+    return _by_poles(system, held, force)
 
 
 @by_form
@@ -113,8 +114,6 @@ def _form_refused(made: Any, shapes: tuple[Any, ...], number: Any) -> str | None
         return "has periodic coefficients"
     if not system.repeats or len(system.delays) != 1:
         return "has other delays than its period"
-    if system.force_size != 1:
-        return f"has {system.force_size} contact directions"
 
     def parts(numbers: Any, speed: Array, gain: Array) -> tuple[Any, Any]:
         system = made(numbers).system(speed, gain)
@@ -128,14 +127,14 @@ def _form_refused(made: Any, shapes: tuple[Any, ...], number: Any) -> str | None
 
 
 def _feedback(process: Process) -> tuple[Array, Array, Array]:
-    """Of each output the present force without gain, and the present and the delayed one per unit of gain."""
+    """Of each force and output the present one without gain, and the present and the delayed one per unit of gain."""
     (held, _), (present, delayed) = (_forces(process, gain) for gain in (0.0, 1.0))
     return held, present - held, delayed
 
 
 def _forces(process: Process, gain: float) -> tuple[Array, Array]:
     present, (delayed,) = process.system(_SPEED, gain).at(np.zeros(1))
-    return present[0, 0], delayed[0, 0]
+    return present[0], delayed[0]
 
 
 def _of_numbers(process: Process, measured: bool) -> _Numbers:
@@ -146,9 +145,11 @@ def _of_numbers(process: Process, measured: bool) -> _Numbers:
     straight = all(np.allclose(a, b, rtol=_ROUNDING, atol=0.0) for a, b in zip(twice, lines, strict=True))
     if np.any(none) or not straight:
         return _Numbers("has forces that are not proportional to the gain")
-    now, then = present @ system.output_matrix(), delayed @ dense_outputs(system.recalled)
+    inputs, now, then, apart = one_force(system, present, delayed)
+    if apart:
+        return _Numbers(f"has {system.force_size} contact directions")
     if system.state_size == 1 and not np.any(now):
-        positive = bool(np.all(system.input_matrix() @ then > 0))
+        positive = bool(inputs @ then > 0)
         return _Numbers(None if positive else "has a delayed gain of another sign", single=True)
     if not np.any(now) or not np.allclose(now, -then, rtol=0.0, atol=_ROUNDING * np.max(np.abs(now))):
         return _Numbers("has a force that is not one of what is now less what was a period ago")
@@ -156,7 +157,7 @@ def _of_numbers(process: Process, measured: bool) -> _Numbers:
         return _Numbers("has a force along what is measured, and not against it")
     blocks = np.asarray(system.blocks)
     small = blocks.shape[1] == 2 and not np.any(held)
-    still = small and not np.any(np.einsum("nrs,ns->nr", system.outputs, np.asarray(system.inputs)[..., 0]))
+    still = small and not np.any(np.sum((now * inputs).reshape(-1, 2), axis=1))
     if small:
         determinant, trace = np.linalg.det(blocks), np.trace(blocks, axis1=1, axis2=2)
         if np.any(determinant <= 0) or np.any(trace > 0):
@@ -164,11 +165,11 @@ def _of_numbers(process: Process, measured: bool) -> _Numbers:
     return _Numbers(None, blocks=small, rates=not still)
 
 
-def _by_blocks(system: DelaySystem, weights: Array, rates: bool) -> Sections:
+def _by_blocks(system: DelaySystem, force: OneForce, rates: bool) -> Sections:
     """G of blocks of two states."""
-    lib = namespace(system.blocks, system.inputs, system.outputs, weights)
-    a, (e0, e1) = lib.asarray(system.blocks), lib.asarray(system.inputs)[..., 0].T
-    c0, c1 = lib.einsum("r,nrs->sn", weights, lib.asarray(system.outputs))
+    lib = namespace(system.blocks, force)
+    a = lib.asarray(system.blocks)
+    (e0, e1), (c0, c1) = (lib.asarray(part).reshape(-1, 2).T for part in (force.inputs, -force.present))
     own = lib.sqrt(a[:, 0, 0] * a[:, 1, 1] - a[:, 0, 1] * a[:, 1, 0])
     return Sections(
         angular_frequency=own,
@@ -178,11 +179,10 @@ def _by_blocks(system: DelaySystem, weights: Array, rates: bool) -> Sections:
     )
 
 
-def _by_poles(system: DelaySystem, held: Array, weights: Array) -> Regeneration | str:
+def _by_poles(system: DelaySystem, held: Array, force: OneForce) -> Regeneration | str:
     """G of any structure, by its pairs of poles."""
-    inputs, outputs = np.asarray(system.input_matrix()), np.asarray(system.output_matrix())
-    drift = np.asarray(system.drift()) + inputs * (held @ outputs)
-    loops = responses(drift[None], inputs[None, :, 0], (weights @ outputs)[None, None])
+    drift = np.asarray(system.drift() + system.input_matrix() @ held @ system.output_matrix())
+    loops = responses(drift[None], np.asarray(force.inputs)[None], -np.asarray(force.present)[None, None])
     first, constant = (part[:, 0, 0] for part in loops[:2])
     upper, lower = (part[:, 0] for part in loops[2:])
     size = np.abs(upper)
