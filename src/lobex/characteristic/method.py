@@ -165,7 +165,9 @@ def _results(
     """Multipliers over the period, frequencies, errors and proofs from roots in sτ, of the speeds of given numbers."""
     root = np.where(proven, root.real + 1j * np.abs(root.imag), np.nan)
     delay, delays = structure.delay[row], (structure.period / structure.delay)[row]
-    value: Array = np.exp(root * delays)
+    # Of what grows beyond all numbers within a period.
+    with np.errstate(over="ignore", invalid="ignore"):
+        value: Array = np.exp(root * delays)
     multiplier = value.real + 1j * np.abs(value.imag)
     return multiplier, root.imag / (2 * np.pi * delay), np.where(proven, error * delays, np.nan), proven
 
