@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex import _checks
+from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex.characteristic.closed_loop import doubt
 from lobex.characteristic.function import Contact, by_blocks, by_poles
@@ -175,12 +176,9 @@ def _results(
 def _parts(system: DelaySystem) -> tuple[tuple[Array, ...], Array, Array]:
     """What is to stay as the gain changes; and the forces per unit of each output, now and a delay ago, (e, r)."""
     present, (delayed,) = system.at(np.zeros(1))
-    (lag,) = system.lags(np.zeros(1))
-    return (
-        (system.blocks, system.inputs, system.outputs, system.recalled, system.period, lag),
-        present[0],
-        delayed[0],
-    )
+    share = system.delays[0].shares(np.zeros(1), system.period)
+    structure = system.blocks, system.inputs, system.outputs, system.recalled, system.period, share
+    return structure, present[0], delayed[0]
 
 
 @jax.jit
@@ -223,17 +221,19 @@ def _contacts(process: Process, speeds: Array, largest: Any) -> tuple[Structure,
 def _strays(structure: tuple[Array, ...], present: Array, delayed: Array, largest: Any) -> Array:
     """Whether the gain enters otherwise than told, of ``_parts`` at its shares."""
 
+    lib = namespace(structure, present, delayed, largest)
+
     def off(part: Array, line: Array) -> Array:
-        return jnp.any(jnp.abs(part - line) > _ROUNDING * jnp.max(jnp.abs(part), axis=0))
+        return lib.any(lib.abs(part - line) > _ROUNDING * lib.max(lib.abs(part), axis=0))
 
     def line(part: Array) -> Array:
         return part[0] + (_SHARES * largest).reshape(-1, *(1,) * (part.ndim - 1)) * ((part[-1] - part[0]) / largest)
 
     return (
-        jnp.any(jnp.stack([off(part, part[:1]) for part in structure]))
+        lib.any(lib.stack([off(part, part[:1]) for part in structure]))
         | off(present, line(present))
         | off(delayed, line(delayed))
-        | jnp.any(delayed[0] != 0)
+        | lib.any(delayed[0] != 0)
     )
 
 

@@ -134,7 +134,7 @@ class DelaySystem:
 
     def input_matrix(self) -> Array:
         """E as a dense matrix, (d, e)."""
-        return jnp.reshape(self.inputs, (self.state_size, self.force_size))
+        return namespace(self.inputs).reshape(self.inputs, (self.state_size, self.force_size))
 
     def output_matrix(self) -> Array:
         """C as a dense matrix, (r, d)."""
@@ -160,7 +160,7 @@ class DelaySystem:
 def dense_outputs(outputs: Array) -> Array:
     """Columns per block (n, r, s) as one matrix, (r, d)."""
     n, r, s = np.shape(outputs)
-    return jnp.swapaxes(outputs, 0, 1).reshape(r, n * s)
+    return namespace(outputs).swapaxes(outputs, 0, 1).reshape(r, n * s)
 
 
 def modal_system(modes: Modes, period: Array, terms: tuple[Term, ...], **others: Any) -> DelaySystem:
