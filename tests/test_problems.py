@@ -300,5 +300,5 @@ def test_other_delays_than_the_period_refuse_whole_states_and_single_intervals(k
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if "constant" not in ONE[kind].tags])
 def test_roots_refuse_what_follows_the_time(kind):
-    words = "delays" if kind == "varying delay" else "has periodic coefficients"
+    words = "whose delay varies" if kind == "varying delay" else "has periodic coefficients"
     assert_refused(ONE[kind], CharacteristicRoots(), words)
