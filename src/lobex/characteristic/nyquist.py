@@ -120,7 +120,8 @@ def _crossed(feedback: Open, largest: Array, lane: Array, low: Array, high: Arra
     turning = jnp.abs((slope / value).real)
     one_way = (share < 0.5) & (turning > half * (bend / least + jnp.square(steepest / least)))
     begin, end = (jnp.angle(-_loop(mine, y)[0]) for y in (low, high))
-    crossed = ((begin > 0) != (end > 0)) & (jnp.abs(begin) + jnp.abs(end) < jnp.pi)
+    # The phase is 0 at y = 0 itself, which is looked at apart.
+    crossed = (low > 0) & ((begin > 0) != (end > 0)) & (jnp.abs(begin) + jnp.abs(end) < jnp.pi)
     decided = quiet | apart | one_way | narrow(middle, half)
     return (~decided).T, (decided & ~quiet & ~apart & crossed).T
 
