@@ -86,6 +86,26 @@ def march() -> lobex.March:
     )
 
 
+def orbit() -> lobex.Orbit:
+    """Two lanes of two outputs, three samples each; one is unstable."""
+    samples = np.arange(12.0).reshape(2, 3, 2) * 1e-6
+    samples[1] = np.nan
+    return lobex.Orbit(
+        speed=SPEED[:2],
+        gain=GAIN,
+        period=1 / SPEED[:2],
+        phase=np.array([0.0, 0.5, 1.0]),
+        displacement=samples,
+        lowest=samples[:, 0],
+        highest=samples[:, 2],
+        spectral_radius=np.array([0.9, 1.1]),
+        error=np.array([1e-9, np.nan]),
+        status_code=np.array([0, 2], dtype=np.int8),
+        method=_METHOD,
+        **_SAID,
+    )
+
+
 def cut() -> lobex.Cut:
     """Two lanes of three samples."""
     samples = np.arange(6.0).reshape(2, 3) * 1e-6
@@ -165,6 +185,7 @@ RESULTS: dict[str, Any] = {
     "boundary": boundary,
     "march": march,
     "cut": cut,
+    "orbit": orbit,
     "wear map": wear_map,
     "spectrum": spectrum,
     "study": study,

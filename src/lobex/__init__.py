@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from lobex.operators.chebyshev import Chebyshev
     from lobex.operators.duhamel import Duhamel
     from lobex.operators.semi_discretization import SemiDiscretization
+    from lobex.orbits.forced_motion import orbit
     from lobex.plots.campbell import campbell
     from lobex.processes.canonical import DelayedMathieu, Scalar
     from lobex.processes.linear_delay import LinearDelay
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
     from lobex.results.cut import Cut
     from lobex.results.limit import Limit
     from lobex.results.march import March
+    from lobex.results.orbit import Orbit
     from lobex.results.sensitivities import Sensitivities
     from lobex.results.spectrum_map import SpectrumMap, critical_speeds
     from lobex.results.wear_map import WearMap
@@ -71,6 +73,7 @@ _HOME = {
     "March": "results.march",
     "Milling": "processes.milling",
     "Modes": "structures.modes",
+    "Orbit": "results.orbit",
     "Plastic": "contact.laws",
     "Power": "contact.laws",
     "Receptance": "limits.receptance",
@@ -99,6 +102,7 @@ _HOME = {
     "march_wear": "studies.wear_marches",
     "monodromy": "verbs",
     "multipliers": "verbs",
+    "orbit": "orbits.forced_motion",
     "sensitivities": "limits.sensitivity",
     "simulate_turning": "marches.turning",
     "spectral_radius": "verbs",
@@ -125,6 +129,7 @@ __all__ = [
     "March",
     "Milling",
     "Modes",
+    "Orbit",
     "Plastic",
     "Power",
     "Receptance",
@@ -154,6 +159,7 @@ __all__ = [
     "march_wear",
     "monodromy",
     "multipliers",
+    "orbit",
     "sensitivities",
     "simulate_turning",
     "spectral_radius",

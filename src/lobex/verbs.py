@@ -18,7 +18,7 @@ from lobex.grids.resolution import oddities
 from lobex.operators.duhamel import Duhamel
 from lobex.operators.operator import Method, check_method
 from lobex.processes.plausible import warn_of_implausible
-from lobex.processes.process import Process, check_gain, check_process, check_speed
+from lobex.processes.process import Process, check_gain, check_process, check_speed, lanes_shape
 
 Array = Any
 
@@ -101,12 +101,7 @@ def _checked(process: Any, speed: Any, gain: Any, method: Any) -> tuple[Array, A
     check_speed(process, speed)
     check_gain(process, gain)
     speed, gain = (_checks.as_array(value) for value in (speed, gain))
-    try:
-        np.broadcast_shapes(np.shape(speed), np.shape(gain))
-    except ValueError:
-        raise ValueError(
-            f"gain has shape {np.shape(gain)} and speed {np.shape(speed)}; give shapes that broadcast"
-        ) from None
+    lanes_shape(speed, gain)
     warn_of_implausible(process, speed, gain)
     return speed, gain
 

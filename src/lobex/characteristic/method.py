@@ -250,7 +250,7 @@ def _form_refused(made: Any, shapes: tuple[Any, ...], number: Any) -> str | None
         return made(numbers).system(speed, gain).lags(phase)
 
     system = jax.eval_shape(lambda numbers, speed, gain: made(numbers).system(speed, gain), shapes, number, number)
-    if not all(term.coefficient.constant for term in system.terms):
+    if not all(term.coefficient.constant for term in system.feedback):
         return "which has periodic coefficients; give constant ones, such as those of lobex.Rub"
     if len(system.delays) != 1:
         return f"which has {len(system.delays)} delays; give an operator"

@@ -22,6 +22,8 @@ from lobex.systems.system import DelaySystem
 
 Array = Any
 
+# Of a forced motion, changes below this share hold rounding.
+_SETTLED = 1e-10
 # Of a period, at which the stiffness of a contact that varies is looked at.
 _PHASES = 64
 
@@ -38,6 +40,8 @@ def march_delay(
     every: int = 1,
 ) -> March:
     """March a delayed process in time, from its motion during the longest delay, and fit how it grows per period.
+
+    A forced one comes to its ``orbit`` where it is stable; what is fitted then is how the motion about that grows.
 
     Steps are T/``steps_per_period``, so that Δt differs from speed to speed; what delays bring from between steps is on
     a straight line. Free vibration is integrated exactly and the force by a trapezoidal rule with the exact means of
@@ -102,7 +106,7 @@ def march_delay(
     lanes = speeds.shape
     # A lane may go beyond floating point within the very periods that are fitted.
     with np.errstate(over="ignore", invalid="ignore"):
-        growth = fit_growth(_delay_states(motion, system, min(MOST_PERIODS, periods // 2)))
+        growth = fit_growth(_free_states(motion, system, min(MOST_PERIODS, periods // 2)))
     start = np.einsum("lnrs,lns->lr", system.outputs, first.reshape(*np.shape(system.outputs)[:2], -1))
     displacement = np.concatenate([start[:, None], motion.output.reshape(speeds.size, -1, outputs)], axis=1)
     displacement, final = (np.where(np.isfinite(part), part, np.nan) for part in (displacement, motion.states[:, -1]))
@@ -134,6 +138,16 @@ def _check_delays(system: DelaySystem, steps: int) -> None:
             f"steps_per_period = {steps} is too few for a delay of {system.shortest:.6g} periods, which is a step at "
             f"least; give {np.ceil(1 / system.shortest):.0f} or more"
         )
+
+
+def _free_states(motion: Motion, system: DelaySystem, count: int) -> np.ndarray:
+    """``_delay_states``; of a forced motion how they change from period to period, in which the orbit drops out."""
+    if not system.forcing:
+        return _delay_states(motion, system, count)
+    states = _delay_states(motion, system, min(count + 1, np.shape(motion.states)[1] - 1))
+    change = np.diff(states, axis=1)
+    size, left = (np.linalg.norm(part, axis=2, keepdims=True) for part in (states[:, 1:], change))
+    return np.where(left > _SETTLED * size, change, 0.0)
 
 
 def _delay_states(motion: Motion, system: DelaySystem, count: int) -> np.ndarray:

@@ -37,11 +37,11 @@ def steps_ahead(system: DelaySystem, steps: int) -> int:
 
 
 def march_system(system: DelaySystem, past: Array, state: Array, steps: int, periods: int, every: int = 1) -> Motion:
-    """March ż = A z + E [P y + Σ Q w(t − τ)] from t = 0 on, in equal steps of T/steps.
+    """March ż = A z + E [P y + Σ Q w(t − τ) + g] from t = 0 on, in equal steps of T/steps.
 
     The free motion of every block is exact, so stiff modes cost nothing and do not limit the step. The force is that
-    of the exact means of P and Q over the step times the means of y and w(t − τ) at its ends, with the present y
-    implicit (a trapezoidal rule): second order in the step, also where a coefficient jumps within one, since
+    of the exact means of P, Q and g over the step, P and Q times the means of y and w(t − τ) at its ends, with the
+    present y implicit (a trapezoidal rule): second order in the step, also where a coefficient jumps within one, since
     the impulse of a constant y is exact there. Between steps, w is a straight line.
 
     Args:
@@ -63,36 +63,42 @@ def march_system(system: DelaySystem, past: Array, state: Array, steps: int, per
     coefficients = jax.tree.map(lambda part: jnp.linalg.solve(implicit, part), (forces.present / 2, forces.delayed))
     if constant:
         coefficients = jax.tree.map(lambda part: part[0], coefficients)
+    pushes = system.mean_forcing(edges[:-1], edges[1:])
+    if pushes is not None:
+        pushes = jnp.linalg.solve(implicit, pushes[..., None])[..., 0]
     lags = zip(system.delays, system.lags(edges), strict=True)
     # A period is found without looking.
     places = [None if isinstance(delay, WholePeriod) else _places(steps * lag) for delay, lag in lags]
 
     def advance(carry: tuple[Array, Array], given: Any) -> tuple[tuple[Array, Array], tuple[Array, Any]]:
         z, y = carry
-        brought, (of_present, of_past) = (given, coefficients) if constant else given
+        brought, changing, push = given
+        of_present, of_past = coefficients if constant else changing
         free = step.free(z)
         free_output = step.output(free)
         force = times(of_present, y + free_output)
         for matrix, mean in zip(of_past, brought, strict=True):
             force = force + times(matrix, mean)
+        if push is not None:
+            force = force + push
         y = free_output + times(step.compliance, force)
         z = free + step.push(force)
         return (z, y), (y, None if system.remembered is None else _remembered(system, z))
 
     def over(count: int, carry: tuple[Array, Array, Array], given: Any) -> tuple[tuple[Array, Array, Array], Array]:
         z, y, record = carry
-        places, coefficients = given
+        places, *others = given
         brought = tuple(_means(record, place, steps, count) for place in places)
         # Where z begins is known of itself, whatever the history before it ends in.
         now = y if system.remembered is None else _remembered(system, z)
-        (z, y), (outputs, kept) = jax.lax.scan(advance, (z, y), brought if constant else (brought, coefficients))
+        (z, y), (outputs, kept) = jax.lax.scan(advance, (z, y), (brought, *others))
         record = [record[count:-1], now[None], outputs if kept is None else kept]
         return (z, y, jnp.concatenate(record)), outputs
 
     # As many steps are taken at once as the shortest delay lets be known before.
     ahead = steps_ahead(system, steps)
     count, rest = divmod(steps, ahead)
-    changing = places, None if constant else coefficients
+    changing = places, None if constant else coefficients, pushes
     most = jax.tree.map(lambda part: part[: steps - rest].reshape(count, ahead, *part.shape[1:]), changing)
     last = jax.tree.map(lambda part: part[steps - rest :], changing)
 

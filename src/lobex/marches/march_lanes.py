@@ -8,7 +8,7 @@ from lobex._memory import check_memory
 from lobex._warnings import SweepWarning, warn
 from lobex.marches.fed_vibrations import STEPS_PER_WAVE, fastest_fed
 from lobex.processes.plausible import warn_of_implausible
-from lobex.processes.process import Process, check_gain, check_speed
+from lobex.processes.process import Process, check_gain, check_speed, lanes_shape
 from lobex.processes.quantity import Quantity
 from lobex.systems.system import DelaySystem
 
@@ -20,12 +20,8 @@ def lanes_of(process: Process, speed: Any, gain: Any, name: str = "gain") -> tup
     """Speeds and gains of all lanes, both of the broadcast shape."""
     check_speed(process, speed)
     check_gain(process, gain)
-    try:
-        speeds, gains = np.broadcast_arrays(np.asarray(speed, dtype=float), np.asarray(gain, dtype=float))
-    except ValueError:
-        raise ValueError(
-            f"{name} has shape {np.shape(gain)} and speed {np.shape(speed)}; give shapes that broadcast"
-        ) from None
+    lanes_shape(speed, gain, name)
+    speeds, gains = np.broadcast_arrays(np.asarray(speed, dtype=float), np.asarray(gain, dtype=float))
     if speeds.size == 0:
         raise ValueError(f"speed and {name} have no values, shape {speeds.shape}; give at least one")
     warn_of_implausible(process, speeds, gains)

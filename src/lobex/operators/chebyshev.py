@@ -246,7 +246,7 @@ def _looked_up(system: DelaySystem, mesh: Mesh, nodes: int) -> _Found:
     q, history = nodes - 1, mesh.history
     points = chebyshev_points(nodes)
     slot, inside = places(system, mesh, points[1:])
-    weights = _polynomials(2 * inside - 1, nodes) @ _synthesis(nodes)
+    weights = chebyshev_polynomials(2 * inside - 1, nodes) @ _synthesis(nodes)
     here = (jnp.arange(history + 1) == slot[..., None])[..., None]
     # The last point of a piece is the first of the next.
     by_first = (here * weights[..., None, :q]).reshape(*jnp.shape(slot), -1)
@@ -266,7 +266,7 @@ def _synthesis(nodes: int) -> np.ndarray:
     return 2 / (nodes - 1) * (-1.0) ** order[:, None] * ends[:, None] * cosines * ends
 
 
-def _polynomials(x: Array, count: int) -> Array:
+def chebyshev_polynomials(x: Array, count: int) -> Array:
     """T_0 … T_{count−1} (DLMF 18.9.2), along a new last axis."""
 
     def next_one(pair: tuple[Array, Array], _: None) -> tuple[tuple[Array, Array], Array]:

@@ -14,8 +14,8 @@ from lobex.floquet.power import Pair, rotation
 from lobex.operators.elimination import pivoted_inverse
 from lobex.operators.estimate import InContact, estimated_error, rounding, sizes_of, unresolved, unresolved_force
 from lobex.operators.operator import MOST_NODES, MonodromyOperator
-from lobex.operators.prepared import Prepared, prepare
-from lobex.operators.response import gauss_nodes
+from lobex.operators.prepared import Prepared, points_between, prepare
+from lobex.operators.response import forced_response, gauss_nodes
 from lobex.systems.mesh import Mesh, mesh_of
 from lobex.systems.system import DelaySystem, Forces
 
@@ -182,6 +182,20 @@ class Duhamel:
             error=jnp.sum(condition) * estimated_error(system, contacts, value),
             rounding=condition @ rounding(system, contacts, unmet, held * jnp.sum(value**2)),
         )
+
+    def path(self, prepared: Prepared, respond: Array, system: DelaySystem, state: Array) -> Array:
+        """y over the period after a state (N,), between nodes too: Chebyshev terms of every piece, (M, terms, r)."""
+        march = _marched(prepared, respond, state[:, None])
+        known = jnp.concatenate([_parts(prepared, march).start, march.forces], axis=1)[..., 0]
+        points = points_between(self.count)
+        synthesis = np.linalg.inv(np.polynomial.chebyshev.chebvander(2 * points - 1, len(points) - 1))
+        seen = replace(system, inputs=system.inputs / _force_scale(system), remembered=None)
+
+        def over(length: Array, known: Array) -> Array:
+            outputs = forced_response(seen, length, self.count, points).recalled @ known
+            return synthesis @ outputs.reshape(len(points), -1)
+
+        return jax.vmap(over)(mesh_of(system).length, known)
 
     def _samples(self, prepared: Prepared, mesh: Mesh, landed: Array, outputs: Array) -> tuple[Array, Array, Array]:
         """Phases, weights, and outputs (S, r, …) from those at the nodes, (M, q, r, …), and of the free vibrations."""

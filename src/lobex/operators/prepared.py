@@ -89,7 +89,7 @@ class Prepared:
 def prepare(system: DelaySystem, nodes: int, in_flight: int) -> Prepared:
     """The structure's part, with q = ``nodes`` and free vibrations sampled ``in_flight`` times."""
     mesh = mesh_of(system)
-    fine = None if mesh.repeats else gauss_nodes(_FINER * nodes + _MORE)[0]
+    fine = None if mesh.repeats else points_between(nodes)
     response = jax.vmap(lambda length: forced_response(system, length, nodes, fine))(mesh.length)
     flights, through, push = None, response.through, response.push
     if mesh.gap is not None:
@@ -140,7 +140,7 @@ def _looked_up(
     width = nodes * system.force_size
     m = jnp.shape(system.recalled)[1]
     recalled = response.recalled.reshape(count, -1, m, d + width)
-    synthesis = _synthesis(_FINER * nodes + _MORE)
+    synthesis = _synthesis(len(points_between(nodes)))
 
     def at_piece(piece: tuple[Array, ...]) -> tuple[Array, Array]:
         slot, inside, order, states = piece
@@ -158,6 +158,11 @@ def _looked_up(
     slot, inside = places(system, mesh, gauss_nodes(nodes)[0])
     remembered, recent = jax.lax.map(at_piece, (slot, inside, order, states))
     return remembered, recent if mesh.recent else None
+
+
+def points_between(nodes: int) -> np.ndarray:
+    """Where what happens between ``nodes`` is sampled, as places from 0 to 1."""
+    return gauss_nodes(_FINER * nodes + _MORE)[0]
 
 
 def _synthesis(count: int) -> np.ndarray:

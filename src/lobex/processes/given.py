@@ -1,5 +1,6 @@
 """What a user gives for a delay equation: arrays, numbers, or functions of time, checked and made part of a system."""
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax
@@ -49,11 +50,18 @@ class Shaped:
         return value
 
 
-def coefficient_at(function: Shaped, point: Point) -> Coefficient:
+def coefficient_at(function: Callable[..., Array], point: Point) -> Coefficient:
     """What a function is at a point: a constant one where it does not follow the time."""
     if _follows_time(function, point):
         return Function(function, point.speed, point.gain, point.period, point.breaks)
     return Constant(function(jnp.zeros_like(point.period), point.speed, point.gain))
+
+
+def forcing_at(given: Given, size: int, point: Point) -> Coefficient:
+    """Forces (e,) as a coefficient of one column."""
+    if callable(given):
+        return coefficient_at(jax.tree_util.Partial(_column, Shaped(given, "forcing", (size,))), point)
+    return Constant(jnp.asarray(given)[:, None])
 
 
 def by_gain(function: Shaped, point: Point) -> Coefficient:
@@ -115,7 +123,11 @@ def _number() -> jax.ShapeDtypeStruct:
     return jax.ShapeDtypeStruct((), jnp.result_type(float))
 
 
-def _follows_time(function: Shaped, point: Point) -> bool:
+def _column(forces: Shaped, *point: Array) -> Array:
+    return forces(*point)[:, None]
+
+
+def _follows_time(function: Callable[..., Array], point: Point) -> bool:
     return any(followers(jax.make_jaxpr(lambda t: function(t, point.speed, point.gain))(_number()).jaxpr))
 
 
@@ -143,6 +155,17 @@ def as_coefficient(name: str, given: Given, shape: tuple[int, int]) -> Any:
     if np.shape(matrix) != shape:
         raise ValueError(f"{name} has shape {np.shape(matrix)}; give {shape}")
     return matrix
+
+
+def as_forces(name: str, given: Given, size: int) -> Any:
+    """A function, or a vector of so many forces; a number is one."""
+    if callable(given):
+        return as_function(given)
+    numbers = _checks.as_numbers(name, given)
+    vector = jnp.atleast_1d(jnp.asarray(given)) if numbers is None else np.atleast_1d(numbers)
+    if np.shape(vector) != (size,):
+        raise ValueError(f"{name} has shape {np.shape(given)}; give {(size,)}")
+    return vector
 
 
 def as_duration(name: str, given: Given) -> Any:

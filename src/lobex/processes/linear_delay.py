@@ -16,6 +16,7 @@ from lobex.processes.given import (
     Shaped,
     as_coefficient,
     as_duration,
+    as_forces,
     as_function,
     as_matrix,
     as_pair,
@@ -23,13 +24,14 @@ from lobex.processes.given import (
     by_gain,
     coefficient_at,
     delay_at,
+    forcing_at,
     period_at,
 )
 from lobex.processes.process import check_point
 from lobex.processes.quantity import PLAIN_GAIN, SPEED_UNITS, Quantity
 from lobex.systems.coefficients import Coefficient, Constant
 from lobex.systems.system import DelaySystem
-from lobex.systems.terms import Delayed, Present, Term
+from lobex.systems.terms import Delayed, Forcing, Present, Term
 
 Array = Any
 
@@ -39,11 +41,11 @@ _PARTS = 4
 
 @pytree(static=("delay_range", "speed_unit"))
 class LinearDelay:
-    """ẋ(t) = A x(t) + E [P(t) C x(t) + Σ B_k(t) C x(t − τ_k(t))], with all of it repeating after a period T.
+    """ẋ(t) = A x(t) + E [P(t) C x(t) + Σ B_k(t) C x(t − τ_k(t)) + g(t)], with all of it repeating after a period T.
 
-    P, B_k and τ_k are arrays or numbers, or functions of (t, speed, gain) in pure JAX that return one: t in s, from 0
-    to T. With E and C left out, P and B_k are matrices (d, d). Numbers within a function that derivatives are wanted of
-    are handed to it by ``jax.tree_util.Partial(function, numbers)``, called as function(numbers, t, speed, gain).
+    P, B_k, g and τ_k are arrays or numbers, or functions of (t, speed, gain) in pure JAX that return one: t in s, from
+    0 to T. With E and C left out, P and B_k are matrices (d, d). Numbers within a function that derivatives are wanted
+    of are handed to it by ``jax.tree_util.Partial(function, numbers)``, called as function(numbers, t, speed, gain).
     ``second_order`` takes M q̈ + C q̇ + K(t) q instead.
 
     Attributes:
@@ -57,6 +59,7 @@ class LinearDelay:
         delay_range: the shortest and the longest delay in periods, whatever speed and gain. Found where all delays are
             periods, or numbers as the period is; to be given where functions decide. A longer delay makes NaN.
         speed_unit: "Hz" or "rpm", in which speeds are drawn, or "1" where they have no unit.
+        forcing: g, (e,), or None. It has no part in multipliers and limits; ``orbit`` is the motion that it makes.
 
     Raises:
         ValueError: for arrays of a wrong shape or that are not finite, delays and periods that are not above zero,
@@ -74,6 +77,7 @@ class LinearDelay:
     outputs: Array | None = None
     delay_range: tuple[float, float] | None = None
     speed_unit: str = "1"
+    forcing: Given = None
 
     gain: ClassVar[Quantity] = PLAIN_GAIN
 
@@ -98,6 +102,7 @@ class LinearDelay:
             "outputs": outputs,
             "present": None if self.present is None else as_coefficient("present", self.present, forces),
             "delayed": tuple(as_pair(index, pair, forces) for index, pair in enumerate(self.delayed)),
+            "forcing": None if self.forcing is None else as_forces("forcing", self.forcing, forces[0]),
             "period": None if self.period is None else as_duration("period", self.period),
             "breaks": as_phases(self.breaks),
         }
@@ -114,7 +119,7 @@ class LinearDelay:
         delayed: Sequence[tuple[Given, Given]] = (),
         **others: Any,
     ) -> "LinearDelay":
-        """M q̈ + C q̇ + K(t) q = Σ B_k(t) q(t − τ_k(t)), with p coordinates q.
+        """M q̈ + C q̇ + K(t) q = Σ B_k(t) q(t − τ_k(t)) + g(t), with p coordinates q.
 
         The state is (q, q̇/ω), ω² = |tr M⁻¹K|/p with K at t = 0, a speed of 1 and no gain: numbers of one size, of which
         errors can be told.
@@ -124,7 +129,7 @@ class LinearDelay:
             damping: C, (p, p), or a number.
             stiffness: K, (p, p), or a number, or a function of (t, speed, gain) that returns one.
             delayed: pairs of B_k, (p, p) or a number, and τ_k, as of the class.
-            others: period, breaks, delay_range and speed_unit, as of the class.
+            others: forcing, (p,), period, breaks, delay_range and speed_unit, as of the class.
         """
         masses, dampings = (as_matrix(*pair) for pair in (("mass", mass), ("damping", damping)))
         p = len(masses)
@@ -170,12 +175,15 @@ class LinearDelay:
                 else Constant(jnp.asarray(matrix))
             )
             terms.append(Delayed(coefficient, delay_at(f"the delay of {name}", delay, point)))
+        terms = terms or [Delayed(Constant(jnp.zeros(shape)))]
+        if self.forcing is not None:
+            terms.append(Forcing(forcing_at(self.forcing, shape[0], point)))
         return DelaySystem(
             blocks=drift[None],
             inputs=inputs[None],
             outputs=outputs[None],
             period=period,
-            terms=tuple(terms) or (Delayed(Constant(jnp.zeros(shape))),),
+            terms=tuple(terms),
             longest=within[1],
             shortest=within[0],
         )

@@ -2,6 +2,8 @@
 
 from typing import Any, ClassVar, Protocol
 
+import numpy as np
+
 from lobex import _checks
 from lobex._pytree import check_pytree
 from lobex.processes.plausible import TOO_FAST, passes_per_period
@@ -77,3 +79,13 @@ def check_point(process: Process, speed: Any, gain: Any) -> None:
     """Both checks, where a system is asked for."""
     check_speed(process, speed)
     check_gain(process, gain)
+
+
+def lanes_shape(speed: Any, gain: Any, name: str = "gain") -> tuple[int, ...]:
+    """The shape that speeds and gains, called ``name``, have together."""
+    try:
+        return np.broadcast_shapes(np.shape(speed), np.shape(gain))
+    except ValueError:
+        raise ValueError(
+            f"{name} has shape {np.shape(gain)} and speed {np.shape(speed)}; give shapes that broadcast"
+        ) from None

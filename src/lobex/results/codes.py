@@ -29,6 +29,15 @@ class PointStatus(Code):
     FAILED = 3
 
 
+class OrbitStatus(Code):
+    """What became of the periodic motion at a point."""
+
+    GOOD = 0
+    ABOVE_TOLERANCE = 1
+    UNSTABLE = 2
+    FAILED = 3
+
+
 class Status(Code):
     """What became of the search at one speed."""
 

@@ -15,6 +15,11 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
+def displacement_unit(result: Any) -> str:
+    """Metres where the structure has modes."""
+    return "m" if "modes" in result.process else "1"
+
+
 class March(Result, form="lobex march 2"):
     """A motion in time, lane by lane; lanes have the broadcast shape of speed and gain.
 
@@ -27,7 +32,7 @@ class March(Result, form="lobex march 2"):
             grown beyond floating point.
         state: z at the end, (*lanes, d).
         multiplier: the dominant Floquet multiplier, Im ≥ 0, fitted to the last periods, complex, (*lanes,). NaN
-            where there are too few periods (below 2) or no motion.
+            where there are too few periods (below 2) or no motion, or a forced one has come to its orbit.
         growth_error: estimated error of |multiplier| that the fit leaves, (*lanes,); it falls with more periods.
         steps_per_period: steps per period.
         quantity: what the gain is.
@@ -41,11 +46,7 @@ class March(Result, form="lobex march 2"):
     gain: np.ndarray = field(Coordinate("*lane", lambda march: march.quantity.name, in_gain))
     delay: np.ndarray = field(Coordinate("*lane", "delay, which is the period", "s"))
     phase: np.ndarray = field(Coordinate("phase", "time in delays", "1", increasing=True))
-    displacement: np.ndarray = field(
-        Array(
-            "*lane phase output", "displacement at the contact", lambda march: "m" if "modes" in march.process else "1"
-        )
-    )
+    displacement: np.ndarray = field(Array("*lane phase output", "displacement at the contact", displacement_unit))
     state: np.ndarray = field(Array("*lane component", "state at the end"))
     multiplier: np.ndarray = field(Array("*lane", "fitted multiplier μ", "1", dtype=np.complex128))
     growth_error: np.ndarray = field(Array("*lane", "estimated error of the fitted |μ|", "1"))

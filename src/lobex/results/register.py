@@ -8,13 +8,14 @@ from lobex.results.cut import Cut
 from lobex.results.fields import read
 from lobex.results.limit import Limit
 from lobex.results.march import March
+from lobex.results.orbit import Orbit
 from lobex.results.result import Result
 from lobex.results.sensitivities import Sensitivities
 from lobex.results.spectrum_map import SpectrumMap
 from lobex.results.stored import Stored
 from lobex.results.wear_map import WearMap
 
-_KINDS: tuple[type[Result], ...] = (Chart, Limit, WearMap, SpectrumMap, Boundary, Sensitivities, March, Cut)
+_KINDS: tuple[type[Result], ...] = (Chart, Limit, WearMap, SpectrumMap, Boundary, Sensitivities, March, Orbit, Cut)
 _BY_FORM = {kind.form: kind for kind in _KINDS}
 
 

@@ -111,6 +111,11 @@ class Framed:
     def constant(self) -> bool:
         return self.inner.constant
 
+    @property
+    def breaks(self) -> Any:
+        """Those of the inner one, by which coefficients that share them are known."""
+        return getattr(self.inner, "breaks", self.inner)
+
     def pieces(self) -> tuple[Piece, ...]:
         return self.inner.pieces()
 

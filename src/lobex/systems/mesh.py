@@ -59,7 +59,7 @@ def pieces_of(system: DelaySystem) -> tuple[Piece, ...]:
     own = _jumping(system)
     if not own:
         return (Piece(0.0, 1.0, False),)
-    if len(system.terms) == 1 and system.repeats:
+    if len(system.feedback) == 1 and system.repeats:
         return own[0].pieces()
     places = _places(system)
     return pieces_between(places if system.places is None else places[np.array(system.places.kept)])
@@ -113,7 +113,7 @@ def seen_to_bend(system: DelaySystem) -> int | None:
 def _jumping(system: DelaySystem) -> list[Coefficient]:
     """The coefficients that jump; of those that share their breaks one."""
     own: dict[int, Coefficient] = {}
-    for coefficient in (term.coefficient for term in system.terms):
+    for coefficient in (term.coefficient for term in system.feedback):
         if coefficient.pieces():
             own.setdefault(id(getattr(coefficient, "breaks", coefficient)), coefficient)
     return list(own.values())

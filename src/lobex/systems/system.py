@@ -12,7 +12,7 @@ from lobex._pytree import pytree
 from lobex.structures.modes import Modes, check_modes
 from lobex.systems.coefficients import Coefficient, Framed
 from lobex.systems.delays import Delay, WholePeriod
-from lobex.systems.terms import Term
+from lobex.systems.terms import Feedback, Forcing, Term
 
 Array = Any
 
@@ -44,7 +44,7 @@ class Places(NamedTuple):
 
 @pytree(static=("longest", "shortest", "places"))
 class DelaySystem:
-    """ż = A z + E f,  f = Σ P(t) y(t) + Σ Q(t) w(t − τ(t)),  y = C z,  w = D z,  with all coefficients of period T.
+    """ż = A z + E f,  f = Σ P(t) y(t) + Σ Q(t) w(t − τ(t)) + g(t),  y = C z,  w = D z,  all coefficients of period T.
 
     A is block-diagonal with n blocks of size s (s = 2 for a vibration mode), so the state size is d = n·s.
 
@@ -91,9 +91,19 @@ class DelaySystem:
         return self.outputs if self.remembered is None else self.remembered
 
     @property
+    def feedback(self) -> tuple[Feedback, ...]:
+        """The terms that answer the motion: what multipliers are made of."""
+        return tuple(term for term in self.terms if not isinstance(term, Forcing))
+
+    @property
+    def forcing(self) -> tuple[Forcing, ...]:
+        """The terms that do not."""
+        return tuple(term for term in self.terms if isinstance(term, Forcing))
+
+    @property
     def constant(self) -> bool:
-        """Whether no coefficient changes with time and every delay is the whole period."""
-        return all(term.coefficient.constant for term in self.terms) and self.repeats
+        """Whether no coefficient of the feedback changes with time and every delay is the whole period."""
+        return all(term.coefficient.constant for term in self.feedback) and self.repeats
 
     @property
     def repeats(self) -> bool:
@@ -103,7 +113,7 @@ class DelaySystem:
     @property
     def delays(self) -> tuple[Delay, ...]:
         """The delays, those of the whole period as one that comes first."""
-        every = [term.delay for term in self.terms if term.delay is not None]
+        every = [term.delay for term in self.feedback if term.delay is not None]
         others = [delay for delay in every if not isinstance(delay, WholePeriod)]
         return (*[WholePeriod()] * (len(others) < len(every)), *others)
 
@@ -127,6 +137,11 @@ class DelaySystem:
         """Averages of all coefficients over the intervals [start, stop], each of shape (k,)."""
         return self._forces(lambda coefficient: coefficient.mean(start, stop))
 
+    def mean_forcing(self, start: Array, stop: Array) -> Array | None:
+        """Averages of the forcing over the intervals [start, stop], (k, e); None without forcing."""
+        parts: list[Any] = [term.coefficient.mean(start, stop)[..., 0] for term in self.forcing]
+        return sum(parts[1:], parts[0]) if parts else None
+
     def drift(self) -> Array:
         """A as a dense matrix, (d, d)."""
         n, s = np.shape(self.blocks)[:2]
@@ -145,7 +160,7 @@ class DelaySystem:
         present: list[Any] = []
         whole: list[Any] = []
         others: list[Any] = []
-        for term in self.terms:
+        for term in self.feedback:
             now, before = term.parts(value(term.coefficient))
             present += [] if now is None else [now]
             if before is not None:
@@ -193,5 +208,5 @@ def whole_state(system: DelaySystem) -> DelaySystem:
         system,
         inputs=unit,
         outputs=jnp.swapaxes(unit, 1, 2),
-        terms=tuple(replace(term, coefficient=Framed(left, term.coefficient, right)) for term in system.terms),
+        terms=tuple(replace(term, coefficient=Framed(left, term.coefficient, right)) for term in system.feedback),
     )

@@ -46,4 +46,15 @@ class Regenerative:
         return -value, value
 
 
-Term = Present | Delayed | Regenerative
+@pytree()
+class Forcing:
+    """f = g(t), whatever the motion is: a coefficient of one column, (e, 1).
+
+    It makes the motion that a stable system comes to, and leaves its multipliers as they are.
+    """
+
+    coefficient: Coefficient
+
+
+Feedback = Present | Delayed | Regenerative
+Term = Feedback | Forcing

@@ -1,0 +1,1 @@
+"""Orbits: the periodic motion that a forced stable system comes to."""

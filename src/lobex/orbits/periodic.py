@@ -1,0 +1,118 @@
+"""The periodic motion of one forced delay system, in pure JAX: the fixed point of the affine map of a period."""
+
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from lobex.floquet import power
+from lobex.operators.chebyshev import chebyshev_points, chebyshev_polynomials
+from lobex.operators.duhamel import Duhamel
+from lobex.operators.estimate import sizes_of
+from lobex.systems.forced import as_feedback
+from lobex.systems.mesh import Mesh, mesh_of
+from lobex.systems.system import DelaySystem
+
+Array = Any
+
+# Squarings of the map: what is left of other multipliers than the largest is told by the residual.
+_SQUARINGS = 12
+# Samples for each Chebyshev term, among which extremes are sought, and steps of Newton's method from the nearest.
+_DENSE, _STEPS = 3, 4
+
+
+class Periodic(NamedTuple):
+    """The periodic motion.
+
+    Attributes:
+        output: y at the phases asked for, (S, r).
+        lowest, highest: its extremes over the period, wherever they are, (r,).
+        multiplier: the dominant one of the motion about it, real and imaginary part, (2,).
+        residual: by how much that misses its equation.
+        rounding: what rounding leaves unknown of the motion, relative to its largest displacement.
+    """
+
+    output: Array
+    lowest: Array
+    highest: Array
+    multiplier: Array
+    residual: Array
+    rounding: Array
+
+
+def affine_map(matrix: Array, system: DelaySystem) -> tuple[Array, Array]:
+    """U and b of state ← U state + b, (N, N) and (N,), from the map of ``as_feedback``."""
+    d, s = system.state_size, np.shape(system.blocks)[1]
+    kept = np.r_[:d, d + s : jnp.shape(matrix)[0]]
+    rows = matrix[kept]
+    return rows[:, kept], rows[:, d]
+
+
+def periodic(system: DelaySystem, method: Duhamel, phase: Array) -> Periodic:
+    """(I − U)⁻¹ b, and the motion over the period that follows it, by the structure's exact response.
+
+    Args:
+        system: a forced delay system.
+        method: with its nodes chosen.
+        phase: phases t/T where y is wanted, (S,).
+    """
+    closed = as_feedback(system)
+    prepared = method.prepare(closed)
+    respond = method.respond(prepared, closed, jnp.linalg.inv)
+    shift, push = affine_map(method.assemble(prepared, respond), system)
+    size, d, s = len(push), system.state_size, np.shape(system.blocks)[1]
+    # One more right side tells how much (I − U)⁻¹ makes of rounding.
+    noise = jnp.asarray(np.random.default_rng(3).standard_normal(size) / np.sqrt(size), dtype=push.dtype)
+    fixed, amplified = jnp.linalg.solve(jnp.eye(size, dtype=push.dtype) - shift, jnp.stack([push, noise], axis=1)).T
+    held = jnp.concatenate([fixed[:d], jnp.eye(1, s, dtype=push.dtype)[0], fixed[d:]])
+    terms = method.path(prepared, respond, closed, held)[..., : system.output_size]
+    mesh = mesh_of(closed)
+    lowest, highest = -_highest(-terms), _highest(terms)
+    pair = power.dominant(jax.lax.stop_gradient(shift), _SQUARINGS)
+    return Periodic(
+        output=_at(terms, mesh, phase),
+        lowest=lowest,
+        highest=highest,
+        multiplier=pair.value,
+        residual=power.residual(shift, pair),
+        rounding=jnp.finfo(push.dtype).eps * jnp.sqrt(jnp.sum(amplified**2) * size),
+    )
+
+
+def largest(found: Periodic, system: DelaySystem) -> Array:
+    """The largest displacement of all outputs, each in units of its own size."""
+    return jnp.max(jnp.maximum(-found.lowest, found.highest) / sizes_of(system.outputs))
+
+
+def _at(terms: Array, mesh: Mesh, phase: Array) -> Array:
+    """y at phases, (S, r), from its Chebyshev terms over every piece, (M, terms, r)."""
+    start, length = jnp.asarray(mesh.start), jnp.asarray(mesh.length)
+    place = start[0] + jnp.mod(phase - start[0], 1.0)
+    piece: Any = jnp.sum(place[:, None] >= start[1:], axis=1)
+    inside = (place - start[piece]) / jnp.where(length[piece] > 0, length[piece], 1.0)
+    return jnp.einsum("sk,skr->sr", chebyshev_polynomials(2 * inside - 1, jnp.shape(terms)[1]), terms[piece])
+
+
+def _highest(terms: Array) -> Array:
+    """The largest value of each output over all pieces, (r,), from Chebyshev terms (M, terms, r)."""
+    count = jnp.shape(terms)[1]
+    grid = 2 * chebyshev_points(_DENSE * count) - 1
+    slope = np.pad(np.polynomial.chebyshev.chebder(np.eye(count)), ((0, 1), (0, 0)))
+    values = jnp.einsum("xk,mkr->rmx", np.polynomial.chebyshev.chebvander(grid, count - 1), terms)
+
+    def of_one(values: Array, terms: Array) -> Array:
+        piece, point = jnp.unravel_index(jnp.argmax(values), jnp.shape(values))
+        # The height, its slope and how it bends.
+        derivatives = jnp.stack([terms[piece], slope @ terms[piece], slope @ slope @ terms[piece]], axis=1)
+
+        def step(x: Array, _: None) -> tuple[Array, None]:
+            _, rise, bend = chebyshev_polynomials(x, count) @ derivatives
+            return jnp.clip(x - jnp.where(bend < 0, rise / bend, 0.0), low, high), None
+
+        low, start, high = (jnp.asarray(grid)[jnp.clip(point + k, 0, len(grid) - 1)] for k in (-1, 0, 1))
+        found = jax.lax.scan(step, start, None, length=_STEPS)[0]
+        # Where it is highest, its height does not follow the place: so are derivatives.
+        return chebyshev_polynomials(jax.lax.stop_gradient(found), count) @ terms[piece]
+
+    return jax.vmap(of_one)(values, jnp.moveaxis(terms, 2, 0))
