@@ -24,7 +24,7 @@ from reference_tasks import (
     name,
     whole_parts,
 )
-from reference_tools import process_damping, variable_pitch
+from reference_tools import forced_motion, process_damping, variable_pitch
 
 # Steps of Newton's method from the delay of the speed now.
 NEWTON = 12
@@ -32,8 +32,11 @@ NEWTON = 12
 
 def cases_of(reference: Case) -> Iterator[Task]:
     """Every case of a file."""
-    builders = {"a": variable_pitch, "c": speed_variation, "d": mathieu, "e": process_damping, "g": blade, "g3": ring}
-    missing = {"b": "helix", "f": "forcing"}
+    builders = {
+        **{"a": variable_pitch, "c": speed_variation, "d": mathieu, "e": process_damping},
+        **{"f": forced_motion, "g": blade, "g3": ring},
+    }
+    missing = {"b": "helix"}
     for group, content in reference.items():
         if group in builders:
             yield from builders[group](content)

@@ -36,6 +36,18 @@ class Limits(NamedTuple):
     lowest: bool = False
 
 
+class Motion(NamedTuple):
+    """A periodic motion wanted: its extremes by axis, and y at the phases at which teeth pass the finished wall."""
+
+    group: str
+    name: str
+    process: Any
+    speed: float
+    gain: float
+    walls: Numbers
+    case: Case
+
+
 class Inexpressible(NamedTuple):
     """A case that no verb takes yet, and why."""
 
@@ -44,13 +56,14 @@ class Inexpressible(NamedTuple):
     reason: str
 
 
-Task = Multiplier | Limits | Inexpressible
+Task = Multiplier | Limits | Motion | Inexpressible
 
 
 def name(case: Case) -> str:
     """What tells a case from others: its numbers, less those that are wanted."""
     wanted = ("mu", "second", "spectral_radius", "crossings", "points", "scan", "scan_m", "changes", "kind")
-    told = {k: v for k, v in case.items() if k not in wanted and not k.endswith(("rel_diff", "points", "discs"))}
+    ends = ("rel_diff", "points", "discs", "_min_m", "_max_m", "surface_m")
+    told = {k: v for k, v in case.items() if k not in wanted and not k.endswith(ends) and not k.startswith("peak")}
     return " ".join(f"{k}={v:.6g}" if isinstance(v, float) else f"{k}={v}" for k, v in told.items())
 
 

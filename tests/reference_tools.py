@@ -1,4 +1,4 @@
-"""Reference cases of cutters and turning tools: variable pitch and process damping, groups a and e."""
+"""Reference cases of cutters and turning tools: variable pitch, process damping and motion, groups a, e and f."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
@@ -16,7 +16,7 @@ from lobex.systems.coefficients import Framed
 from lobex.systems.mesh import places_that_matter
 from lobex.systems.system import DelaySystem, Places
 from lobex.systems.terms import Delayed, Present
-from reference_tasks import Case, Multiplier, Numbers, Task, crossings, lowest, name
+from reference_tasks import Case, Inexpressible, Motion, Multiplier, Numbers, Task, crossings, lowest, name
 
 # No friction; a process takes numbers above zero.
 NONE = 1e-99
@@ -66,11 +66,15 @@ def cutter(tool: Case, case: Case) -> Any:
     along = np.array([[float(mode["axis"] == axis) for axis in "xy"] for mode in modes])
     immersion = 1.0 if case["direction"] == "slot" else case["radial_immersion"]
     direction = "down" if case["direction"] == "slot" else case["direction"]
-    pitch = case["pitch_deg"]
+    pitch = (tool | case)["pitch_deg"]
     structure = lobex.Modes(2 * pi * frequency, ratio, along / np.sqrt(mass)[:, None])
-    teeth = len(pitch) if len(set(pitch)) == 1 else np.deg2rad(pitch)
-    make = lobex.Milling if len(set(pitch)) == 1 else lobex.VariablePitch
-    process = make(structure, teeth, tool["Kt_N_per_m2"], tool["Kn_N_per_m2"], immersion, direction)
+    alike = len(set(pitch)) == 1 and not case.get("runout_m")
+    teeth = len(pitch) if alike else np.deg2rad(pitch)
+    pushed = {"feed_per_tooth": case["feed_per_tooth_m"]} if "feed_per_tooth_m" in case else {}
+    if case.get("runout_m"):
+        pushed["runout"] = np.array(case["runout_m"])
+    make = lobex.Milling if alike else lobex.VariablePitch
+    process = make(structure, teeth, tool["Kt_N_per_m2"], tool["Kn_N_per_m2"], immersion, direction, **pushed)
     if not (damping := tool.get("process_damping")):
         return process
     rubbing = make(structure, teeth, damping["mu_f"] or NONE, 1.0, immersion, direction)
@@ -87,6 +91,19 @@ def variable_pitch(content: Case) -> Iterator[Task]:
     for case in content["critical"]:
         process = cutter(content["tools"][case["tool"]], case)
         yield crossings("a critical", process, case["rpm"] / 60, case, "depth_m")
+
+
+def forced_motion(content: Case) -> Iterator[Task]:
+    """Group f; y is wanted where each tooth passes the finished wall."""
+    for case in content["straight"]:
+        tool = content["tools"][case["tool"]]
+        process, pitch = cutter(tool, case), np.array(tool["pitch_deg"])
+        wall = 0.0 if case["direction"] == "up" else 180.0
+        turns = np.mod(wall - np.cumsum(pitch) + pitch, 360.0) / 360
+        walls = np.mod(turns * len(pitch), 1.0) if isinstance(process, lobex.Milling) else turns
+        yield Motion("f straight", name(case), process, case["rpm"] / 60, case["depth_m"], walls, case)
+    for case in content.get("helix", []):
+        yield Inexpressible("f helix", name(case), "needs helix")
 
 
 def process_damping(content: Case) -> Iterator[Task]:

@@ -4,7 +4,8 @@
 
 Every case is computed with the public verbs and the method that they choose. Printed are, for each group, the number of
 cases, the worst relative error and the case that it belongs to. The exit code is 0 if every case agrees within the
-tolerance: 1e-8 on multipliers, relative to their modulus, and 1e-7 on limits, or what a case states its own numbers to
+tolerance: 1e-8 on multipliers, relative to their modulus, 1e-7 on limits, and 5e-9 on motions, relative to the peak of
+the axis, or what a case states its own numbers to
 be good to (rel_diff, and half a unit of the last digit printed), if that is more.
 """
 
@@ -22,9 +23,9 @@ import numpy as np
 
 import lobex
 from reference_cases import cases_of
-from reference_tasks import Inexpressible, Limits, Multiplier, Task
+from reference_tasks import Inexpressible, Limits, Motion, Multiplier, Task
 
-MULTIPLIERS, LIMITS = 1e-8, 1e-7
+MULTIPLIERS, LIMITS, MOTIONS = 1e-8, 1e-7, 5e-9
 # Zeros at the end of a number are not printed, and then it tells nothing of its digits.
 MOST_PRINTED = 1e-7
 
@@ -42,6 +43,8 @@ def errors(tasks: list[Any]) -> list[float]:
     """The errors of tasks that are alike; what cannot be expressed has none at all."""
     if isinstance(tasks[0], Multiplier):
         return of_multipliers(tasks)
+    if isinstance(tasks[0], Motion):
+        return [of_motion(task) for task in tasks]
     return of_limits(tasks) if isinstance(tasks[0], Limits) else [np.nan] * len(tasks)
 
 
@@ -57,6 +60,20 @@ def of_multipliers(tasks: list[Multiplier]) -> list[float]:
         apart = abs(complex(value.real, abs(value.imag)) - wanted)
         found.append(float(max(apart, abs(abs(value) - size)) / size))
     return found
+
+
+def of_motion(task: Motion) -> float:
+    """The worst difference of extremes and of y at the wall, relative to the peak of the axis, and of the radius."""
+    case = task.case
+    motion = lobex.orbit(task.process, task.speed, task.gain, phase=task.walls)
+    found = [abs(float(motion.spectral_radius) / case["spectral_radius"] - 1)]
+    for index, axis in enumerate("xy"):
+        if peak := case.get(f"peak_{axis}_m"):
+            names = {"lowest": f"{axis}_min_m", "highest": f"{axis}_max_m", "peak": f"peak_{axis}_m"}
+            found += [abs(getattr(motion, own)[index] - case[name]) / peak for own, name in names.items()]
+    wall = np.abs(motion.displacement[:, 1] - case["y_at_surface_m"]) / case["peak_y_m"]
+    # NaN is no agreement.
+    return float(np.nan_to_num(np.max([*found, *wall]), nan=np.inf))
 
 
 def of_limits(tasks: list[Limits]) -> list[float]:
@@ -113,6 +130,8 @@ def tolerance_of(task: Task) -> float:
     """What is asked of a case."""
     if isinstance(task, Multiplier):
         return max(MULTIPLIERS, task.case.get("rel_diff", 0.0), printed(task.case))
+    if isinstance(task, Motion):
+        return max(MOTIONS, task.case["rel_diff"])
     return max(LIMITS, task.rel_diff) if isinstance(task, Limits) else 0.0
 
 

@@ -28,6 +28,38 @@ BLADE = {
 }
 
 
+def tool(*pitch):
+    """Two modes, along the feed and across it."""
+    modes = [
+        {"axis": axis, "frequency_Hz": frequency, "damping_ratio": ratio, "modal_mass_kg": mass}
+        for axis, frequency, ratio, mass in (("x", 563.6, 0.0558, 1.4986), ("y", 516.21, 0.025, 1.199))
+    ]
+    return {"modes": modes, "pitch_deg": pitch, "Kt_N_per_m2": 679000000.0, "Kn_N_per_m2": 173824000.0}
+
+
+# Motions of cutters by collocation of the pencil and by steps of order eight: even teeth, and pitch with runout.
+MOTION = {
+    "tools": {"even": tool(90, 90, 90, 90), "uneven": tool(82, 88, 92, 98)},
+    "straight": [
+        {
+            **{"tool": "even", "radial_immersion": 0.5, "direction": "down", "rpm": 4000, "depth_m": 0.001},
+            **{"feed_per_tooth_m": 0.0001, "runout_m": None, "spectral_radius": 0.7937835},
+            **{"x_min_m": -1.89530173e-06, "x_max_m": 2.61619505e-06, "peak_x_m": 2.61619505e-06},
+            **{"y_min_m": -8.42851729e-06, "y_max_m": 1.68817641e-05, "peak_y_m": 1.68817641e-05},
+            **{"y_at_surface_m": [-3.37726288e-06] * 4, "rel_diff": 1.2e-10},
+        },
+        {
+            **{"tool": "uneven", "radial_immersion": 0.5, "direction": "down", "rpm": 6000, "depth_m": 0.001},
+            **{"feed_per_tooth_m": 0.0001, "runout_m": [1e-05, 0.0, 0.0, 0.0], "spectral_radius": 0.2379287072},
+            **{"x_min_m": -1.424609898e-06, "x_max_m": 3.132940002e-06, "peak_x_m": 3.132940002e-06},
+            **{"y_min_m": -4.570854296e-06, "y_max_m": 1.121807698e-05, "peak_y_m": 1.121807698e-05},
+            "y_at_surface_m": [3.406082376e-06, 4.897075414e-06, 2.257490222e-06, -1.014699838e-06],
+            "rel_diff": 2.1e-11,
+        },
+    ],
+}
+
+
 def compared(path, content, capsys):
     path.write_text(json.dumps({"conventions": {"general": "SI units"}} | content))
     code = references.main([str(path)])
@@ -50,6 +82,13 @@ def test_numbers_that_agree_and_one_that_does_not(tmp_path, capsys):
     # What a case says its own number to be good to is enough.
     wrong["cases"][0]["rel_diff"] = 2e-6
     assert compared(tmp_path / "coarse.json", {"g": wrong}, capsys)[1][0][4] == "0"
+
+
+def test_motions_agree_to_the_digits_printed(tmp_path, capsys):
+    code, rows = compared(tmp_path / "motion.json", {"f": MOTION}, capsys)
+    assert code == 0
+    assert rows[0][:4] == ["f", "straight", "2", "0"]
+    assert float(rows[0][4]) < 2e-9
 
 
 def test_what_cannot_be_expressed_is_counted_and_named(tmp_path, capsys):

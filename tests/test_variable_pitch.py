@@ -40,12 +40,32 @@ def test_mean_forces_are_those_of_quadrature():
     with np.errstate(all="raise"):
         term = pitched([80, 100, 75, 105], 0.8, "up").system(50.0, 1e-3).terms[1]
     start, stop = np.array([0.1, 0.63, 0.97]), np.array([0.13, 0.7, 1.05])
-    x, w = np.polynomial.legendre.leggauss(4000)
-    phase = start[:, None] + (stop - start)[:, None] * (x + 1) / 2
+    phase = start[:, None] + (stop - start)[:, None] * (np.arange(4000) + 0.5) / 4000
     values = np.asarray(term.coefficient.at(phase.ravel())).reshape(3, 4000, 2, 2)
     assert np.asarray(term.coefficient.mean(start, stop)) == pytest.approx(
-        np.einsum("q,kqab->kab", w / 2, values), rel=2e-3, abs=1e-3 * KT * 1e-3
+        np.mean(values, axis=1), rel=2e-3, abs=1e-3 * KT * 1e-3
     )
+
+
+def test_mean_forces_of_feed_and_runout_are_those_of_quadrature():
+    process = lobex.VariablePitch(
+        TOOL, np.deg2rad([80, 100, 75, 105]), KT, KN, 0.8, "up", feed_per_tooth=1e-4, runout=[0, 1e-5, 0, 0]
+    )
+    system = process.system(50.0, 1e-3)
+    # They cut what the teeth cut, and multipliers do not know of them.
+    assert len(system.forcing) == 8
+    assert mesh_of(system).pieces == mesh_of(pitched([80, 100, 75, 105], 0.8, "up").system(50.0, 1e-3)).pieces
+    start, stop = np.array([0.1, 0.63, 0.97]), np.array([0.13, 0.7, 1.05])
+    phase = start[:, None] + (stop - start)[:, None] * (np.arange(4000) + 0.5) / 4000
+    values = sum(np.asarray(term.coefficient.at(phase.ravel())) for term in system.forcing)
+    wanted = np.mean(values.reshape(3, 4000, 2), axis=1)
+    assert np.asarray(system.mean_forcing(start, stop)) == pytest.approx(wanted, rel=2e-3, abs=1e-3 * KT * 1e-7)
+
+
+@pytest.mark.parametrize("runout", [[1e-5], [[1e-5, 0.0]], [np.inf] * 4])
+def test_runout_is_a_number_a_tooth(runout):
+    with pytest.raises(ValueError, match="runout"):
+        lobex.VariablePitch(TOOL, np.deg2rad([90.0] * 4), KT, KN, 0.5, runout=runout)
 
 
 @pytest.mark.parametrize(

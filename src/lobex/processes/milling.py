@@ -15,9 +15,9 @@ from lobex._pytree import pytree
 from lobex.processes.process import check_point
 from lobex.processes.quantity import DEPTH_OF_CUT, SPEED_UNITS, Quantity
 from lobex.structures.modes import Modes, check_modes
-from lobex.systems.coefficients import Piece
+from lobex.systems.coefficients import Framed, Piece
 from lobex.systems.system import DelaySystem, modal_system
-from lobex.systems.terms import Regenerative
+from lobex.systems.terms import Forcing, Regenerative
 
 Array = Any
 
@@ -49,6 +49,8 @@ class Milling:
         direction: "down" or "up".
         layout: the parts of a tooth period, found from the immersion; leave it out.
         speed_unit: as of ``Rub``.
+        feed_per_tooth: f_z, m, of which the chip is f_z sin φ thick without vibration: the forcing of ``orbit``. It has
+            no part in multipliers and limits. None where no motion is asked for.
 
     The gain is the axial depth of cut b, m.
     """
@@ -61,6 +63,7 @@ class Milling:
     direction: str = "down"
     layout: Layout | None = None
     speed_unit: str = "rpm"
+    feed_per_tooth: Array | None = None
 
     gain: ClassVar[Quantity] = DEPTH_OF_CUT
 
@@ -115,7 +118,16 @@ class Milling:
             directions=self.modes.directions,
             layout=self.layout,
         )
-        return modal_system(self.modes, 1 / (self.teeth * speed), (Regenerative(cutting),))
+        pushed = () if self.feed_per_tooth is None else (feed_force(cutting, self.feed_per_tooth),)
+        return modal_system(self.modes, 1 / (self.teeth * speed), (Regenerative(cutting), *pushed))
+
+
+def feed_force(cutting: Any, feed: Array) -> Forcing:
+    """−b H(t) (feed, 0): what the feed along x gives to cut, as a displacement would."""
+    lib = namespace(feed)
+    unit = np.eye(cutting.directions)
+    pushed: Any = Framed(-unit, cutting, lib.asarray(feed) * unit[:, :1])
+    return Forcing(pushed)
 
 
 @jax.custom_jvp
@@ -130,7 +142,7 @@ def _(primals: tuple[Array, Array], tangents: tuple[Array, Array]) -> tuple[Arra
 
 
 def check_cutting(process: Any) -> np.ndarray | None:
-    """Check modes, coefficients, immersion and direction of a milling process; return the immersion if it is known."""
+    """Check modes, coefficients, immersion, direction and feed of a milling process; return the immersion if known."""
     _checks.choice("direction", process.direction, ("down", "up"))
     _checks.choice("speed_unit", process.speed_unit, SPEED_UNITS)
     for name in ("tangential", "normal"):
@@ -144,6 +156,9 @@ def check_cutting(process: Any) -> np.ndarray | None:
             f"radial_immersion = {float(immersion):.6g} is outside (0, 1]; "
             "give radial depth of cut divided by tool diameter"
         )
+    if process.feed_per_tooth is not None:
+        _checks.positive("feed_per_tooth", process.feed_per_tooth, "m")
+        _checks.scalar("feed_per_tooth", process.feed_per_tooth)
     check_modes(process.modes)
     if process.modes.directions not in (1, 2):
         raise ValueError(f"modes has {process.modes.directions} contact directions; milling takes 1 or 2")
@@ -239,11 +254,19 @@ def specific_force(cutting: Any, angle: Array) -> Array:
     Of anything that has ``tangential``, ``normal`` and ``directions``.
     """
     sine, cosine = jnp.sin(angle), jnp.cos(angle)
-    along = cutting.tangential * cosine + cutting.normal * sine
-    if cutting.directions == 1:
+    along, *across = by_thickness(cutting, sine, cosine)
+    if not across:
         return (along * sine)[None]
-    across = cutting.normal * cosine - cutting.tangential * sine
-    return jnp.stack([along * sine, along * cosine, across * sine, across * cosine])
+    return jnp.stack([along * sine, along * cosine, across[0] * sine, across[0] * cosine])
+
+
+def by_thickness(cutting: Any, sine: Array, cosine: Array) -> tuple[Array, ...]:
+    """The force of one tooth per chip thickness and depth, N/m², along the feed and, of two directions, across it.
+
+    Its antiderivative over the angle is that of −cosine and sine.
+    """
+    along = cutting.tangential * cosine + cutting.normal * sine
+    return (along,) if cutting.directions == 1 else (along, cutting.normal * cosine - cutting.tangential * sine)
 
 
 def specific_work(cutting: Any, angle: Array) -> Array:

@@ -1,5 +1,7 @@
 """Milling with straight teeth that are not equally spaced: one delay a tooth."""
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any, ClassVar, NamedTuple
 
 import jax.numpy as jnp
@@ -8,7 +10,14 @@ import numpy as np
 from lobex import _checks
 from lobex._float64 import at_once, in_float64
 from lobex._pytree import pytree
-from lobex.processes.milling import check_cutting, cutting_angles, specific_force, specific_work
+from lobex.processes.milling import (
+    by_thickness,
+    check_cutting,
+    cutting_angles,
+    feed_force,
+    specific_force,
+    specific_work,
+)
 from lobex.processes.process import check_point
 from lobex.processes.quantity import DEPTH_OF_CUT, Quantity
 from lobex.structures.modes import Modes
@@ -16,7 +25,7 @@ from lobex.systems.coefficients import Piece
 from lobex.systems.delays import Share
 from lobex.systems.mesh import places_that_matter
 from lobex.systems.system import DelaySystem, Places, modal_system
-from lobex.systems.terms import Regenerative
+from lobex.systems.terms import Forcing, Regenerative, Term
 
 Array = Any
 
@@ -44,6 +53,9 @@ class VariablePitch:
         modes: the tool's modes, r = 1 (along the feed) or r = 2 directions.
         pitch: the angle from each tooth to the next, rad, (teeth,); they make one turn together.
         tangential, normal, radial_immersion, direction, speed_unit: as of ``Milling``.
+        feed_per_tooth: the mean of all teeth, m, as of ``Milling``: each takes its share by its pitch angle.
+        runout: what the radius of each tooth has above the nominal one, m, (teeth,): the chip is thicker by what it has
+            above that of the tooth ahead. No tooth leaves the cut for it. None where there is none.
         layout: where pieces end, and the range of the delays, found from the numbers; leave it out.
 
     The gain is the axial depth of cut b, m.
@@ -57,6 +69,8 @@ class VariablePitch:
     direction: str = "down"
     speed_unit: str = "rpm"
     layout: Layout = Layout()
+    feed_per_tooth: Array | None = None
+    runout: Array | None = None
 
     gain: ClassVar[Quantity] = DEPTH_OF_CUT
 
@@ -65,6 +79,10 @@ class VariablePitch:
         _checks.positive("pitch", self.pitch, "rad")
         if np.ndim(self.pitch) != 1:
             raise ValueError(f"pitch has shape {np.shape(self.pitch)}; give one angle a tooth")
+        if self.runout is not None:
+            _checks.as_numbers("runout", self.runout, "m")
+            if np.shape(self.runout) != np.shape(self.pitch):
+                raise ValueError(f"runout has shape {np.shape(self.runout)}; give one number a tooth")
         if _checks.is_traced(self.pitch):
             return
         turn = float(np.sum(np.asarray(self.pitch)))
@@ -91,14 +109,18 @@ class VariablePitch:
         entry, exit_ = cutting_angles(self.radial_immersion, self.direction)
         share = jnp.asarray(self.pitch) / _TURN
         before = jnp.cumsum(share) - share
-        terms = tuple(
-            Regenerative(
-                ToothForce(gain, self.tangential, self.normal, entry, exit_, before[tooth], self.modes.directions),
-                Share(share[tooth]),
-            )
+        teeth = [
+            ToothForce(gain, self.tangential, self.normal, entry, exit_, before[tooth], self.modes.directions)
             for tooth in range(self.passes)
-        )
-        return modal_system(self.modes, 1 / speed, terms, **self.layout._asdict())
+        ]
+        terms: list[Term] = [Regenerative(tooth, Share(share[number])) for number, tooth in enumerate(teeth)]
+        if self.feed_per_tooth is not None:
+            feeds = self.feed_per_tooth * self.passes * share
+            terms += [feed_force(tooth, feeds[number]) for number, tooth in enumerate(teeth)]
+        if self.runout is not None:
+            steps = jnp.asarray(self.runout) - jnp.roll(jnp.asarray(self.runout), -1)
+            terms += [Forcing(RunoutForce(tooth, steps[number])) for number, tooth in enumerate(teeth)]
+        return modal_system(self.modes, 1 / speed, tuple(terms), **self.layout._asdict())
 
 
 @pytree(static=("directions",))
@@ -126,20 +148,64 @@ class ToothForce:
         return self._where(inside, phase)
 
     def mean(self, start: Array, stop: Array) -> Array:
+        return self._matrix(self.averaged(partial(specific_work, self), start, stop))
+
+    def averaged(self, work: Callable[[Array], Array], start: Array, stop: Array) -> Array:
+        """Averages over intervals of what acts in the cut, from its antiderivative over the angle, (entries, k)."""
         first = jnp.mod(_TURN * (start + self.before), _TURN)
         last = first + _TURN * (stop - start)
-        work = 0.0
+        done = 0.0
         for turn in (0.0, _TURN):
             ends = (jnp.clip(edge - turn, self.entry, self.exit) for edge in (last, first))
-            work = work + specific_work(self, next(ends)) - specific_work(self, next(ends))
-        return self._matrix(work / (last - first))
+            done = done + work(next(ends)) - work(next(ends))
+        return done / (last - first)
+
+    def cutting(self, inside: Array) -> Array:
+        """Whether the tooth is in the cut."""
+        angle = jnp.mod(_TURN * (inside + self.before), _TURN)
+        return (angle >= self.entry) & (angle <= self.exit)
 
     def _where(self, inside: Array, phase: Array) -> Array:
         """What the tooth does at ``phase`` if it is in the cut at ``inside``."""
-        angle = jnp.mod(_TURN * (inside + self.before), _TURN)
-        cutting = (angle >= self.entry) & (angle <= self.exit)
-        return self._matrix(cutting * specific_force(self, _TURN * (phase + self.before)))
+        return self._matrix(self.cutting(inside) * specific_force(self, _TURN * (phase + self.before)))
 
     def _matrix(self, entries: Array) -> Array:
         matrix = self.depth * jnp.moveaxis(entries, 0, -1)
         return matrix.reshape(*jnp.shape(matrix)[:-1], self.directions, self.directions)
+
+
+@pytree()
+class RunoutForce:
+    """The force of a tooth that cuts a step more than the one ahead of it, −b (K_t t + K_n n) step, (directions, 1)."""
+
+    tooth: ToothForce
+    step: Array
+
+    constant: ClassVar[bool] = False
+
+    @property
+    def breaks(self) -> ToothForce:
+        """Those of the tooth, by which coefficients that share them are known."""
+        return self.tooth
+
+    def pieces(self) -> tuple[Piece, ...]:
+        return self.tooth.pieces()
+
+    def at(self, phase: Array) -> Array:
+        return self.within(phase, phase)
+
+    def within(self, inside: Array, phase: Array) -> Array:
+        angle = _TURN * (phase + self.tooth.before)
+        return self._column(self.tooth.cutting(inside) * self._by_thickness(jnp.sin(angle), jnp.cos(angle)))
+
+    def mean(self, start: Array, stop: Array) -> Array:
+        def work(angle: Array) -> Array:
+            return self._by_thickness(-jnp.cos(angle), jnp.sin(angle))
+
+        return self._column(self.tooth.averaged(work, start, stop))
+
+    def _by_thickness(self, sine: Array, cosine: Array) -> Array:
+        return jnp.stack(by_thickness(self.tooth, sine, cosine))
+
+    def _column(self, entries: Array) -> Array:
+        return -self.tooth.depth * self.step * jnp.moveaxis(entries, 0, -1)[..., None]
