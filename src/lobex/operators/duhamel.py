@@ -117,7 +117,8 @@ class Duhamel:
         remembered = None if system.remembered is None else system.remembered / size
         scaled = replace(system, inputs=system.inputs / force, outputs=system.outputs / size, remembered=remembered)
         prepared = prepare(scaled, self.count, in_flight)
-        if not resolved:
+        # Forces that delays shorter than a piece bring act within it, and follow the gain.
+        if not resolved or prepared.recent is not None:
             return prepared
         return replace(prepared, resolvent=_resolvents(prepared, self._forces(system), pivoted_inverse))
 

@@ -109,11 +109,15 @@ class VariablePitch:
         entry, exit_ = cutting_angles(self.radial_immersion, self.direction)
         share = jnp.asarray(self.pitch) / _TURN
         before = jnp.cumsum(share) - share
-        teeth = [
-            ToothForce(gain, self.tangential, self.normal, entry, exit_, before[tooth], self.modes.directions)
+        cuts = [
+            Regenerative(
+                ToothForce(gain, self.tangential, self.normal, entry, exit_, before[tooth], self.modes.directions),
+                Share(share[tooth]),
+            )
             for tooth in range(self.passes)
         ]
-        terms: list[Term] = [Regenerative(tooth, Share(share[number])) for number, tooth in enumerate(teeth)]
+        teeth: list[Any] = [cut.coefficient for cut in cuts]
+        terms: list[Term] = [*cuts]
         if self.feed_per_tooth is not None:
             feeds = self.feed_per_tooth * self.passes * share
             terms += [feed_force(tooth, feeds[number]) for number, tooth in enumerate(teeth)]
