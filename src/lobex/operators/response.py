@@ -10,6 +10,7 @@ import numpy as np
 from lobex._namespace import namespace
 from lobex.operators.exponential import exponential
 from lobex.operators.moments import cell_phases, exponential_moments, legendre_values
+from lobex.systems.coefficients import gauss_nodes
 from lobex.systems.mesh import mesh_of
 from lobex.systems.system import DelaySystem
 
@@ -44,12 +45,6 @@ class Response(NamedTuple):
     push: Array
     recalled: Array
     missed: Array
-
-
-def gauss_nodes(nodes: int) -> tuple[np.ndarray, np.ndarray]:
-    """Gauss-Legendre nodes and weights on [0, 1]."""
-    points, weights = np.polynomial.legendre.leggauss(nodes)
-    return (points + 1) / 2, weights / 2
 
 
 @lru_cache(maxsize=32)

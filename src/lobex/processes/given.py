@@ -11,6 +11,7 @@ from lobex import _checks
 from lobex._pytree import pytree
 from lobex.systems.coefficients import Coefficient, Constant, Function
 from lobex.systems.delays import ConstantDelay, Delay, Varying, WholePeriod
+from lobex.systems.terms import Distributed
 from lobex.systems.traits import followers
 
 Array = Any
@@ -62,6 +63,30 @@ def forcing_at(given: Given, size: int, point: Point) -> Coefficient:
     if callable(given):
         return coefficient_at(jax.tree_util.Partial(_column, Shaped(given, "forcing", (size,))), point)
     return Constant(jnp.asarray(given)[:, None])
+
+
+def distributed_at(
+    name: str, given: tuple[Given, Any], nodes: int, shape: tuple[int, int], point: Point
+) -> Distributed:
+    """A distributed delay at a point."""
+    kernel, ends = given
+    start, stop = (
+        Shaped(end, f"an end of {name}", ())(point.speed, point.gain) if callable(end) else end for end in ends
+    )
+    made = (_spread, Shaped(kernel, name, shape), point) if callable(kernel) else (_even, jnp.asarray(kernel))
+    return Distributed(jax.tree_util.Partial(*made), start, stop, nodes)
+
+
+def _spread(kernel: Shaped, point: Point, delay: Array, weight: Array) -> Coefficient:
+    return coefficient_at(jax.tree_util.Partial(_weighted, kernel, delay, weight), point)
+
+
+def _weighted(kernel: Shaped, delay: Array, weight: Array, *point: Array) -> Array:
+    return weight * kernel(delay, *point)
+
+
+def _even(matrix: Array, delay: Array, weight: Array) -> Coefficient:
+    return Constant(weight * matrix)
 
 
 def by_gain(function: Shaped, point: Point) -> Coefficient:
@@ -184,6 +209,25 @@ def as_pair(index: int, pair: Any, shape: tuple[int, int]) -> tuple[Any, Any]:
         raise ValueError(f"{name} = {_checks.brief(pair)} must be a pair: a matrix and its delay in s")
     delay = None if pair[1] is None else as_duration(f"the delay of {name}", pair[1])
     return as_coefficient(name, pair[0], shape), delay
+
+
+def as_distributed(index: int, given: Any, shape: tuple[int, int]) -> tuple[Any, tuple[Any, Any]]:
+    """A kernel and the shortest and the longest delay."""
+    name = f"distributed[{index}]"
+    pair = isinstance(given, tuple | list) and len(given) == 2
+    if not pair or not isinstance(given[1], tuple | list) or len(given[1]) != 2:
+        raise ValueError(
+            f"{name} = {_checks.brief(given)} must be a pair: a kernel, and the shortest and the longest delay in s"
+        )
+    start, stop = (as_function(end) if callable(end) else end for end in given[1])
+    for end in (start, stop):
+        if not callable(end):
+            _checks.scalar(f"an end of {name}", end)
+            _checks.not_negative(f"an end of {name}", end, "s")
+    known = not any(callable(end) or _checks.is_traced(end) for end in (start, stop))
+    if known and not start < stop:
+        raise ValueError(f"{name} reaches from {start:g} to {stop:g} s; give the shorter delay first")
+    return as_coefficient(name, given[0], shape), (start, stop)
 
 
 def as_phases(breaks: Any) -> np.ndarray:

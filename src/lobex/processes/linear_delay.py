@@ -15,6 +15,7 @@ from lobex.processes.given import (
     Point,
     Shaped,
     as_coefficient,
+    as_distributed,
     as_duration,
     as_forces,
     as_function,
@@ -24,24 +25,27 @@ from lobex.processes.given import (
     by_gain,
     coefficient_at,
     delay_at,
+    distributed_at,
     forcing_at,
     period_at,
 )
 from lobex.processes.process import check_point
 from lobex.processes.quantity import PLAIN_GAIN, SPEED_UNITS, Quantity
-from lobex.systems.coefficients import Coefficient, Constant
+from lobex.systems.coefficients import Coefficient, Constant, gauss_nodes
 from lobex.systems.system import DelaySystem
 from lobex.systems.terms import Delayed, Forcing, Present, Term
 
 Array = Any
 
+# Point delays of a distributed one: each is looked up by itself.
+_MOST_NODES = 100
 # Parts of the period whose means make the mean that is taken into the structure.
 _PARTS = 4
 
 
-@pytree(static=("delay_range", "speed_unit"))
+@pytree(static=("delay_range", "speed_unit", "distributed_nodes"))
 class LinearDelay:
-    """ẋ(t) = A x(t) + E [P(t) C x(t) + Σ B_k(t) C x(t − τ_k(t)) + g(t)], with all of it repeating after a period T.
+    """ẋ = A x + E [P(t) y(t) + Σ B_k(t) y(t − τ_k(t)) + Σ ∫ B(s, t) y(t − s) ds + g(t)], y = C x, all of period T.
 
     P, B_k, g and τ_k are arrays or numbers, or functions of (t, speed, gain) in pure JAX that return one: t in s, from
     0 to T. With E and C left out, P and B_k are matrices (d, d). Numbers within a function that derivatives are wanted
@@ -59,6 +63,10 @@ class LinearDelay:
         delay_range: the shortest and the longest delay in periods, whatever speed and gain. Found where all delays are
             periods, or numbers as the period is; to be given where functions decide. A longer delay makes NaN.
         speed_unit: "Hz" or "rpm", in which speeds are drawn, or "1" where they have no unit.
+        distributed: pairs of a kernel B, (e, r) or a function of (s, t, speed, gain) that returns one, and the shortest
+            and the longest delay in s, as numbers or functions of (speed, gain).
+        distributed_nodes: point delays for each of these, by Gauss' rule, of which ``error`` knows nothing: exact for
+            what is a polynomial of degree 2·nodes − 1 in s; take more to see whether it matters.
         forcing: g, (e,), or None. It has no part in multipliers and limits; ``orbit`` is the motion that it makes.
 
     Raises:
@@ -78,6 +86,8 @@ class LinearDelay:
     delay_range: tuple[float, float] | None = None
     speed_unit: str = "1"
     forcing: Given = None
+    distributed: Sequence[tuple[Given, tuple[Given, Given]]] = ()
+    distributed_nodes: int = 10
 
     gain: ClassVar[Quantity] = PLAIN_GAIN
 
@@ -102,6 +112,8 @@ class LinearDelay:
             "outputs": outputs,
             "present": None if self.present is None else as_coefficient("present", self.present, forces),
             "delayed": tuple(as_pair(index, pair, forces) for index, pair in enumerate(self.delayed)),
+            "distributed": tuple(as_distributed(index, one, forces) for index, one in enumerate(self.distributed)),
+            "distributed_nodes": _checks.integer("distributed_nodes", self.distributed_nodes, 1, _MOST_NODES),
             "forcing": None if self.forcing is None else as_forces("forcing", self.forcing, forces[0]),
             "period": None if self.period is None else as_duration("period", self.period),
             "breaks": as_phases(self.breaks),
@@ -119,7 +131,7 @@ class LinearDelay:
         delayed: Sequence[tuple[Given, Given]] = (),
         **others: Any,
     ) -> "LinearDelay":
-        """M q̈ + C q̇ + K(t) q = Σ B_k(t) q(t − τ_k(t)) + g(t), with p coordinates q.
+        """M q̈ + C q̇ + K(t) q = Σ B_k(t) q(t − τ_k(t)) + Σ ∫ B(s, t) q(t − s) ds + g(t), with p coordinates q.
 
         The state is (q, q̇/ω), ω² = |tr M⁻¹K|/p with K at t = 0, a speed of 1 and no gain: numbers of one size, of which
         errors can be told.
@@ -129,7 +141,7 @@ class LinearDelay:
             damping: C, (p, p), or a number.
             stiffness: K, (p, p), or a number, or a function of (t, speed, gain) that returns one.
             delayed: pairs of B_k, (p, p) or a number, and τ_k, as of the class.
-            others: forcing, (p,), period, breaks, delay_range and speed_unit, as of the class.
+            others: distributed, forcing, (p,), period, breaks, delay_range and speed_unit, as of the class.
         """
         masses, dampings = (as_matrix(*pair) for pair in (("mass", mass), ("damping", damping)))
         p = len(masses)
@@ -175,6 +187,8 @@ class LinearDelay:
                 else Constant(jnp.asarray(matrix))
             )
             terms.append(Delayed(coefficient, delay_at(f"the delay of {name}", delay, point)))
+        for index, one in enumerate(self.distributed):
+            terms.append(distributed_at(f"distributed[{index}]", one, self.distributed_nodes, shape, point))
         terms = terms or [Delayed(Constant(jnp.zeros(shape)))]
         if self.forcing is not None:
             terms.append(Forcing(forcing_at(self.forcing, shape[0], point)))
@@ -190,8 +204,9 @@ class LinearDelay:
 
     def _range(self) -> tuple[float, float] | None:
         """The shortest and longest delay in periods; None where every delay is a period."""
-        delays = [delay for _, delay in self.delayed if delay is not None]
-        whole = [1.0] * (len(delays) < len(self.delayed))
+        points = [delay for _, delay in self.delayed if delay is not None]
+        whole = [1.0] * (len(points) < len(self.delayed))
+        windows = [end for _, window in self.distributed for end in window]
         if self.delay_range is not None:
             numbers = _checks.as_numbers("delay_range", self.delay_range)
             if numbers is None or numbers.shape != (2,) or not 0 <= numbers[0] <= numbers[1] or numbers[1] <= 0:
@@ -199,15 +214,17 @@ class LinearDelay:
                     f"delay_range = {self.delay_range!r} must be two numbers of periods, the shortest first"
                 )
             return float(min([numbers[0], *whole])), float(max([numbers[1], *whole]))
-        if not delays:
+        if not points and not windows:
             return None
-        numbers = [*delays, self.period]
+        numbers = [*points, *windows, self.period]
         if any(number is None or callable(number) or _checks.is_traced(number) for number in numbers):
             raise ValueError(
                 "delay_range is needed where delays or the period follow speed, gain or time; give the shortest and "
                 "the longest delay in periods"
             )
-        shares = [float(delay) / float(self.period) for delay in delays]
+        places = gauss_nodes(self.distributed_nodes)[0][[0, -1]]
+        spread = [start + (stop - start) * place for _, (start, stop) in self.distributed for place in places]
+        shares = [float(delay) / float(self.period) for delay in (*points, *spread)]
         return min(shares + whole), max(shares + whole)
 
 

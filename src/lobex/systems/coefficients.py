@@ -168,6 +168,12 @@ class Function:
         return mean_by_quadrature(self, start, stop)
 
 
+def gauss_nodes(nodes: int) -> tuple[np.ndarray, np.ndarray]:
+    """Gauss-Legendre nodes and weights on [0, 1]."""
+    points, weights = np.polynomial.legendre.leggauss(nodes)
+    return (points + 1) / 2, weights / 2
+
+
 def pieces_between(breaks: Array) -> tuple[Piece, ...]:
     """The pieces between jumps at phases (b,), in any order."""
     lib = namespace(breaks)

@@ -51,6 +51,11 @@ class ConstantDelay:
 
 
 @pytree()
+class Spread(ConstantDelay):
+    """One of the many that stand for a distributed delay: what jumps acts through each a little, and ends no pieces."""
+
+
+@pytree()
 class Varying:
     """τ(t) in seconds as a function of time t, s, and of speed and gain, which repeats with the period."""
 

@@ -9,7 +9,7 @@ import numpy as np
 from lobex._namespace import namespace
 from lobex.systems.coefficients import Coefficient, Framed
 from lobex.systems.system import DelaySystem
-from lobex.systems.terms import Delayed, Feedback, Forcing, Present, Regenerative
+from lobex.systems.terms import Delayed, Feedback, Present, Regenerative
 
 Array = Any
 
@@ -37,14 +37,14 @@ def as_feedback(system: DelaySystem) -> DelaySystem:
         return Framed(left, coefficient, right)
 
     def terms() -> Iterator[Feedback]:
-        for term in system.terms:
-            if isinstance(term, Forcing):
-                yield Present(framed(unit, term.coefficient, one))
+        for term in system.feedback:
             if isinstance(term, Present | Regenerative):
                 sign = 1.0 if isinstance(term, Present) else -1.0
                 yield Present(framed(sign * unit, term.coefficient, seen))
             if isinstance(term, Delayed | Regenerative):
                 yield Delayed(term.coefficient, term.delay)
+        for term in system.forcing:
+            yield Present(framed(unit, term.coefficient, one))
 
     def widened(part: Array, *added: tuple[int, int]) -> Array:
         return lib.pad(lib.asarray(part), ((0, 1), *added))

@@ -9,7 +9,7 @@ import numpy as np
 
 from lobex._namespace import namespace
 from lobex.systems.coefficients import Coefficient, Piece, pieces_between
-from lobex.systems.delays import Delay, WholePeriod
+from lobex.systems.delays import Delay, Spread, WholePeriod
 from lobex.systems.system import DelaySystem, Places
 
 Array = Any
@@ -121,7 +121,8 @@ def _jumping(system: DelaySystem) -> list[Coefficient]:
 
 def _carriers(system: DelaySystem) -> dict[int, Delay]:
     """The delays that carry a phase to another one, by their numbers in ``DelaySystem.delays``."""
-    return {index: delay for index, delay in enumerate(system.delays) if not isinstance(delay, WholePeriod)}
+    kept = (WholePeriod, Spread)
+    return {index: delay for index, delay in enumerate(system.delays) if not isinstance(delay, kept)}
 
 
 def _generations(system: DelaySystem, images: int) -> list[Array]:
@@ -130,8 +131,9 @@ def _generations(system: DelaySystem, images: int) -> list[Array]:
     """
     starts = [piece.start for coefficient in _jumping(system) for piece in coefficient.pieces()]
     generations = [_array(starts)]
-    for _ in range(0 if system.repeats else images):
-        parts = [_image(generations[-1], delay, system.period) for delay in _carriers(system).values()]
+    carriers = _carriers(system).values()
+    for _ in range(images if carriers else 0):
+        parts = [_image(generations[-1], delay, system.period) for delay in carriers]
         generations.append(namespace(parts).concatenate(parts))
     return generations
 

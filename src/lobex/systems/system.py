@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import chain
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
@@ -12,7 +13,7 @@ from lobex._pytree import pytree
 from lobex.structures.modes import Modes, check_modes
 from lobex.systems.coefficients import Coefficient, Framed
 from lobex.systems.delays import Delay, WholePeriod
-from lobex.systems.terms import Feedback, Forcing, Term
+from lobex.systems.terms import Distributed, Feedback, Forcing, Term
 
 Array = Any
 
@@ -44,8 +45,9 @@ class Places(NamedTuple):
 
 @pytree(static=("longest", "shortest", "places"))
 class DelaySystem:
-    """ż = A z + E f,  f = Σ P(t) y(t) + Σ Q(t) w(t − τ(t)) + g(t),  y = C z,  w = D z,  all coefficients of period T.
+    """ż = A z + E f,  f = Σ P(t) y + Σ Q(t) w(t − τ(t)) + Σ ∫ Q(t, s) w(t − s) ds + g(t),  y = C z,  w = D z.
 
+    All coefficients have the period T.
     A is block-diagonal with n blocks of size s (s = 2 for a vibration mode), so the state size is d = n·s.
 
     Attributes:
@@ -53,7 +55,7 @@ class DelaySystem:
         inputs: the rows of E per block, shape (n, s, e).
         outputs: the columns of C per block, shape (n, r, s): what acts now.
         period: T, s.
-        terms: the forces.
+        terms: the forces; distributed ones become point delays.
         remembered: the columns of D per block, shape (n, m, s): what acts later. None where it is y.
         longest: the longest delay, in periods, or more: so far back a method remembers.
         shortest: the shortest delay, in periods, or less.
@@ -69,6 +71,10 @@ class DelaySystem:
     longest: float = 1.0
     shortest: float = 1.0
     places: Places | None = None
+
+    def __post_init__(self) -> None:
+        terms = (term.points() if isinstance(term, Distributed) else (term,) for term in self.terms)
+        object.__setattr__(self, "terms", tuple(chain.from_iterable(terms)))
 
     @property
     def state_size(self) -> int:
@@ -93,7 +99,7 @@ class DelaySystem:
     @property
     def feedback(self) -> tuple[Feedback, ...]:
         """The terms that answer the motion: what multipliers are made of."""
-        return tuple(term for term in self.terms if not isinstance(term, Forcing))
+        return tuple(term for term in self.terms if not isinstance(term, Forcing | Distributed))
 
     @property
     def forcing(self) -> tuple[Forcing, ...]:

@@ -1,10 +1,11 @@
 """Terms: the forces of which a delay system is the sum."""
 
+from collections.abc import Callable
 from typing import Any
 
 from lobex._pytree import pytree
-from lobex.systems.coefficients import Coefficient
-from lobex.systems.delays import Delay, WholePeriod
+from lobex.systems.coefficients import Coefficient, gauss_nodes
+from lobex.systems.delays import Delay, Spread, WholePeriod
 
 Array = Any
 
@@ -46,6 +47,31 @@ class Regenerative:
         return -value, value
 
 
+@pytree(static=("nodes",))
+class Distributed:
+    """f = ∫ Q(t, s) w(t − s) ds over delays s from ``start`` to ``stop``, in s, by Gauss' rule.
+
+    It stands for as many point delays as it has nodes: exact for what is a polynomial of degree 2·nodes − 1 in s.
+
+    Attributes:
+        kernel: of s and of the rule's weight, the weight times the coefficient Q(·, s).
+        start, stop: the shortest and the longest delay.
+        nodes: of Gauss' rule.
+    """
+
+    kernel: Callable[[Array, Array], Coefficient]
+    start: Array
+    stop: Array
+    nodes: int
+
+    def points(self) -> tuple[Delayed, ...]:
+        """The point delays."""
+        width = self.stop - self.start
+        rule = zip(*gauss_nodes(self.nodes), strict=True)
+        delays = [(self.start + width * place, width * weight) for place, weight in rule]
+        return tuple(Delayed(self.kernel(delay, weight), Spread(delay)) for delay, weight in delays)
+
+
 @pytree()
 class Forcing:
     """f = g(t), whatever the motion is: a coefficient of one column, (e, 1).
@@ -57,4 +83,4 @@ class Forcing:
 
 
 Feedback = Present | Delayed | Regenerative
-Term = Feedback | Forcing
+Term = Feedback | Distributed | Forcing
