@@ -49,7 +49,7 @@ def test_mean_forces_are_those_of_quadrature():
 
 def test_mean_forces_of_feed_and_runout_are_those_of_quadrature():
     process = lobex.VariablePitch(
-        TOOL, np.deg2rad([80, 100, 75, 105]), KT, KN, 0.8, "up", feed_per_tooth=1e-4, runout=[0, 1e-5, 0, 0]
+        PLANE, np.deg2rad([80, 100, 75, 105]), KT, KN, 0.8, "up", feed_per_tooth=1e-4, runout=[0, 1e-5, 0, 0]
     )
     system = process.system(50.0, 1e-3)
     # They cut what the teeth cut, and multipliers do not know of them.
@@ -65,7 +65,7 @@ def test_mean_forces_of_feed_and_runout_are_those_of_quadrature():
 @pytest.mark.parametrize("runout", [[1e-5], [[1e-5, 0.0]], [np.inf] * 4])
 def test_runout_is_a_number_a_tooth(runout):
     with pytest.raises(ValueError, match="runout"):
-        lobex.VariablePitch(TOOL, np.deg2rad([90.0] * 4), KT, KN, 0.5, runout=runout)
+        lobex.VariablePitch(PLANE, np.deg2rad([90.0] * 4), KT, KN, 0.5, runout=runout)
 
 
 @pytest.mark.parametrize(

@@ -110,7 +110,7 @@ def _made(process: Process, found: _Numbers, measured: list[Receptance]) -> Rege
 @by_form
 def _form_refused(made: Any, shapes: tuple[Any, ...], number: Any) -> str | None:
     system = jax.eval_shape(lambda numbers, speed, gain: made(numbers).system(speed, gain), shapes, number, number)
-    if not all(term.coefficient.constant for term in system.terms):
+    if not all(term.coefficient.constant for term in system.feedback):
         return "has periodic coefficients"
     if not system.repeats or len(system.delays) != 1:
         return "has other delays than its period"
