@@ -9,6 +9,7 @@ import numpy as np
 from lobex.floquet import power
 from lobex.operators.chebyshev import chebyshev_points, chebyshev_polynomials
 from lobex.operators.duhamel import Duhamel
+from lobex.operators.elimination import pivoted_inverse
 from lobex.operators.estimate import sizes_of
 from lobex.systems.forced import as_feedback
 from lobex.systems.mesh import Mesh, mesh_of
@@ -59,7 +60,7 @@ def periodic(system: DelaySystem, method: Duhamel, phase: Array) -> Periodic:
     """
     closed = as_feedback(system)
     prepared = method.prepare(closed)
-    respond = method.respond(prepared, closed, jnp.linalg.inv)
+    respond = method.respond(prepared, closed, pivoted_inverse)
     shift, push = affine_map(method.assemble(prepared, respond), system)
     size, d, s = len(push), system.state_size, np.shape(system.blocks)[1]
     # One more right side tells how much (I − U)⁻¹ makes of rounding.
