@@ -11,8 +11,8 @@ from scipy.special import mathieu_a, mathieu_b
 import lobex
 from cases import LIMIT_TOOLS, milling
 from lobex.limits.contour import Map, contours, on_curve, refined, with_hidden_lines
+from lobex.limits.contour_vertices import along_edge, along_gradient
 from lobex.limits.coverage import waves_per_cell
-from lobex.limits.polish import along_edge, along_gradient
 
 BLADE = lobex.Rub(lobex.Rod(2).modes(0.03))
 METHOD = lobex.Chebyshev(40)
@@ -188,7 +188,7 @@ def test_a_coarse_grid_of_speeds_is_warned_of(chart):
 
 
 def test_vertices_of_too_large_an_error_are_warned_of(chart, monkeypatch):
-    module = import_module("lobex.limits.boundary")
+    module = import_module("lobex.limits.boundary_tracing")
     evaluate = module.dominant_at_points
 
     def coarsely(*arguments):

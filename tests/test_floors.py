@@ -77,10 +77,6 @@ def test_ways_up_lead_somewhere_and_are_taken_where_an_import_would_close_a_circ
             list(TopologicalSorter({**below, mine: {*below[mine], there}}).static_order())
 
 
-# Pairs that wait for a rename.
-TWICE = {"axis.py", "boundary.py", "polish.py"}
-
-
 def test_a_file_name_occurs_once():
     count = Counter(file.name for file in FILES if file.name != "__init__.py")
-    assert {name for name, times in count.items() if times > 1} <= TWICE
+    assert {name for name, times in count.items() if times > 1} == set()

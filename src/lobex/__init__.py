@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from lobex.files import load
     from lobex.grids.choice import Auto
     from lobex.limits.adaptive import limit_curve
-    from lobex.limits.boundary import boundary
+    from lobex.limits.boundary_tracing import boundary
     from lobex.limits.exact_limit import exact_limit, exact_lobes
     from lobex.limits.receptance import Receptance
     from lobex.limits.sensitivity import sensitivities
@@ -89,7 +89,7 @@ _HOME = {
     "Turning": "processes.regenerative",
     "VariablePitch": "processes.variable_pitch",
     "WearMap": "results.wear_map",
-    "boundary": "limits.boundary",
+    "boundary": "limits.boundary_tracing",
     "campbell": "plots.campbell",
     "critical_gain": "studies.limits",
     "critical_speeds": "results.spectrum_map",

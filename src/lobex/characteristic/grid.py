@@ -11,9 +11,9 @@ from lobex.characteristic.climb import ROOTS, climb
 from lobex.characteristic.closed_loop import Loops, close, responses
 from lobex.characteristic.function import Contact
 from lobex.characteristic.lanes import LANES, take
+from lobex.characteristic.last_digits import polish
 from lobex.characteristic.loci import loci
 from lobex.characteristic.open_loop import Open
-from lobex.characteristic.polish import polish
 
 Array = Any
 

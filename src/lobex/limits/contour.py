@@ -7,7 +7,7 @@ import numpy as np
 from contourpy import LineType, contour_generator
 
 from lobex._hidden import hidden_crossings
-from lobex.limits.polish import Evaluation, along_edge, along_gradient
+from lobex.limits.contour_vertices import Evaluation, along_edge, along_gradient
 
 # A chord that is off its curve by more than this, in cells, gets a vertex in its middle, in so many rounds.
 _CHORD = 0.01

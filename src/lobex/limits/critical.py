@@ -13,7 +13,7 @@ from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids.choice import AUTO, AnyMethod, check_any_method, chosen_method, operator_of, tolerance_of
 from lobex.grids.resolution import oddities
 from lobex.grids.sweep import SweepWarning
-from lobex.limits.axis import changes_on_axis
+from lobex.limits.changes_on_axis import changes_on_axis
 from lobex.limits.closed_form import Regeneration, closed_form
 from lobex.limits.crossings import Crossings, polished
 from lobex.limits.receptance import Receptance

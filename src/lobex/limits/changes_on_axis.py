@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from lobex.characteristic.axis import AxisCrossings, axis_crossings
+from lobex.characteristic.axis_crossings import AxisCrossings, axis_crossings
 from lobex.limits.crossings import TIE, Crossings
 from lobex.processes.process import Process
 from lobex.results.codes import Kind

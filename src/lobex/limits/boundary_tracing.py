@@ -17,9 +17,9 @@ from lobex.grids.evaluation import dominant_at_points
 from lobex.grids.refinement import enough_nodes
 from lobex.grids.sweep import SweepWarning, sweep
 from lobex.limits.contour import Map, contours, doubled, on_curve, refined, with_hidden_lines
+from lobex.limits.contour_vertices import Evaluation
 from lobex.limits.coverage import MOST_WAVES, waves_per_cell
 from lobex.limits.growth import growth_and_gradient
-from lobex.limits.polish import Evaluation
 from lobex.operators.duhamel import Duhamel
 from lobex.operators.operator import Method
 from lobex.processes.process import Process, check_process
