@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 import lobex
 from cases import LIMIT_CASES, ROD, label, point, rub
-from lobex.limits.exact import exact_branches, exact_critical, exact_minimum
+from lobex.limits.d_subdivision import exact_branches, exact_critical, exact_minimum
 from lobex.limits.hayes import hayes_interval
 from lobex.limits.receptance import Receptance, receptance
 

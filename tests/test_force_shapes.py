@@ -9,7 +9,7 @@ from scipy.optimize import brentq, newton
 
 import lobex
 from cases import ROD
-from lobex.limits.exact import exact_critical, exact_minimum
+from lobex.limits.d_subdivision import exact_critical, exact_minimum
 from lobex.results.description import describe
 from lobex.results.rebuild import rebuild
 

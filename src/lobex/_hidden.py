@@ -3,7 +3,7 @@
 import numpy as np
 
 
-def hidden_crossings(lane: np.ndarray, place: np.ndarray, value: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def hidden_sign_changes(lane: np.ndarray, place: np.ndarray, value: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Cells without a sign change over which the lines through the neighbouring cells meet across zero.
 
     Args:

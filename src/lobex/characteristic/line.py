@@ -50,7 +50,7 @@ def roots_beyond(loops: Loops, on_device: Any, lane: Array, level: Array) -> Cou
     """
     mine = take(loops, lane)
     number = np.sum(mine.upper.real > level, axis=0) + np.sum(mine.lower.real > level, axis=0)
-    # Half of the line says what the other does, but for the crossing at its middle.
+    # Half of the line says what the other does, but for its middle.
     with np.errstate(all="ignore"):
         size = np.exp(-level)
         beyond_one = response(mine, level + 0j).real * size > 1

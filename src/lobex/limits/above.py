@@ -1,14 +1,15 @@
-"""The cells of a receptance above a gain, and whether the system is stable at it."""
+"""The stretches of a receptance above a gain, and whether the system is stable at it."""
 
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 
-from lobex.limits.brackets import Cells, half_turn_rate, half_turns
+from lobex.limits.phase import half_turn_rate, half_turns
 from lobex.limits.receptance import Curve
 from lobex.limits.roots import bracketed_root
 from lobex.limits.sections import on_boundary
+from lobex.limits.stretches import Stretches
 
 Array = Any
 
@@ -16,25 +17,25 @@ Array = Any
 _SPARE = 1.1
 
 
-def above(curve: Curve, cells: Cells, speed: Array, gain: Array) -> tuple[Cells, Array]:
-    """The cells with their parts of lower gain cut off, and whether no root is to the right at ``gain``.
+def above(curve: Curve, stretches: Stretches, speed: Array, gain: Array) -> tuple[Stretches, Array]:
+    """The stretches with their parts of lower gain cut off, and whether no root is to the right at ``gain``.
 
     Every frequency with a lobe's phase and a lower gain has let a pair of roots pass, to the right where the phase
     rises with ω and back where it falls. Over the frequencies of lower gain the difference counts them.
 
     Args:
         curve: the receptance.
-        cells: all its cells.
+        stretches: all its stretches.
         speed: Hz, a scalar.
         gain: contact stiffness, a scalar, N/m.
     """
-    there, closed = cells.gain < jnp.inf, jnp.isfinite(cells.high)
-    known: Array = jnp.where(there, cells.gain, 1.0)
-    reached = (curve.anchor[cells.row] + cells.low) * jnp.sqrt(gain / known) * _SPARE
-    last: Array = jnp.where(closed, cells.high, jnp.maximum(reached - curve.anchor[cells.row], cells.low))
+    there, closed = stretches.gain < jnp.inf, jnp.isfinite(stretches.high)
+    known: Array = jnp.where(there, stretches.gain, 1.0)
+    reached = (curve.anchor[stretches.row] + stretches.low) * jnp.sqrt(gain / known) * _SPARE
+    last: Array = jnp.where(closed, stretches.high, jnp.maximum(reached - curve.anchor[stretches.row], stretches.low))
     target = on_boundary(gain)
-    below = there & closed & (curve.at(cells.row, last)[0].real <= target)
-    through = there & ~below & (cells.gain < gain)
+    below = there & closed & (curve.at(stretches.row, last)[0].real <= target)
+    through = there & ~below & (stretches.gain < gain)
 
     def cut(row: Array, low: Array, high: Array, wanted: Array) -> Array:
         def miss(offset: Array) -> tuple[Array, Array]:
@@ -44,20 +45,20 @@ def above(curve: Curve, cells: Cells, speed: Array, gain: Array) -> tuple[Cells,
         tolerance = 2 * jnp.finfo(target.dtype).eps * jnp.abs(target)
         return bracketed_root(miss, low, high, jnp.asarray(True), (low + high) / 2, tolerance, wanted)
 
-    edge: Array = jax.vmap(cut)(cells.row, cells.low, last, through)
+    edge: Array = jax.vmap(cut)(stretches.row, stretches.low, last, through)
     end: Array = jnp.where(through, edge, last)
-    response, slope, _ = curve.at(cells.row, end)
+    response, slope, _ = curve.at(stretches.row, end)
     rate = 1 / (2 * jnp.pi * speed)
     turns = curve.anchor * rate
-    begin = (turns - jnp.floor(turns))[cells.row]
-    first, final = begin + cells.low * rate + cells.low_turns, begin + end * rate + half_turns(response)
-    passed = jnp.sign(end - cells.low) * (jnp.floor(final) - jnp.floor(first))
+    begin = (turns - jnp.floor(turns))[stretches.row]
+    first, final = begin + stretches.low * rate + stretches.low_turns, begin + end * rate + half_turns(response)
+    passed = jnp.sign(end - stretches.low) * (jnp.floor(final) - jnp.floor(first))
     pairs = jnp.sum(jnp.where(below | through, passed, 0.0))
-    rest = cells._replace(
-        low=jnp.where(through, edge, cells.low),
-        low_turns=jnp.where(through, half_turns(response), cells.low_turns),
-        low_rate=jnp.where(through, half_turn_rate(response, slope), cells.low_rate),
-        gain=jnp.where(below, jnp.inf, jnp.maximum(cells.gain, gain)),
+    rest = stretches._replace(
+        low=jnp.where(through, edge, stretches.low),
+        low_turns=jnp.where(through, half_turns(response), stretches.low_turns),
+        low_rate=jnp.where(through, half_turn_rate(response, slope), stretches.low_rate),
+        gain=jnp.where(below, jnp.inf, jnp.maximum(stretches.gain, gain)),
     )
     order = jnp.argsort(rest.gain)
-    return Cells(*(part[order] for part in rest)), pairs == 0
+    return Stretches(*(part[order] for part in rest)), pairs == 0

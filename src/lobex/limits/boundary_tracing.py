@@ -70,7 +70,7 @@ def boundary(
         gain: increasing gains, (m,), m ≥ 2; of a process only.
         method: of the map, as ``sweep`` takes it; of a process only. Vertices are
             polished with it, or, where it chooses its nodes or has no operator, with ``Duhamel`` of as many nodes as
-            the map's own crossings need.
+            the map's own curves need.
         progress: show a progress bar on standard error.
 
     Returns:

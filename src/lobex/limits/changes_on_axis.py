@@ -3,14 +3,14 @@
 import numpy as np
 
 from lobex.characteristic.axis_crossings import AxisCrossings, axis_crossings
-from lobex.limits.crossings import TIE, Crossings
+from lobex.limits.changes import TIE, Changes
 from lobex.processes.process import Process
 from lobex.results.codes import Kind
 
 
 def changes_on_axis(
     process: Process, speeds: np.ndarray, lowest: float, highest: float
-) -> tuple[np.ndarray, np.ndarray, Crossings]:
+) -> tuple[np.ndarray, np.ndarray, Changes]:
     """Whether the lowest gain is stable, (n,), whether a speed is settled, (n,), and the changes of stability."""
     found = axis_crossings(process, speeds, lowest, highest)
     # Roots to the right before and after every crossing.
@@ -21,7 +21,7 @@ def changes_on_axis(
     return (
         found.unstable == 0,
         found.trusted,
-        Crossings(
+        Changes(
             lane=found.owner[changes],
             gain=found.gain[changes],
             frequency=found.frequency[changes],

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from contourpy import LineType, contour_generator
 
-from lobex._hidden import hidden_crossings
+from lobex._hidden import hidden_sign_changes
 from lobex.limits.contour_vertices import Evaluation, along_edge, along_gradient
 
 # A chord that is off its curve by more than this, in cells, gets a vertex in its middle, in so many rounds.
@@ -42,7 +42,7 @@ def contours(grid: Map) -> list[Line]:
 
 
 def with_hidden_lines(grid: Map, sample: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Map:
-    """The map with grid lines added through pairs of crossings that hide between two grid points."""
+    """The map with grid lines added through pairs of sign changes that hide between two grid points."""
     for _ in range(_HIDDEN_ROUNDS):
         speeds = np.union1d(grid.speed, _hidden(grid.speed, grid.gain, grid.growth.T, sample))
         gains = np.union1d(grid.gain, _hidden(grid.gain, grid.speed, grid.growth, lambda g, s: sample(s, g)))
@@ -55,12 +55,12 @@ def with_hidden_lines(grid: Map, sample: Callable[[np.ndarray, np.ndarray], np.n
 def _hidden(
     axis: np.ndarray, other: np.ndarray, growth: np.ndarray, sample: Callable[[np.ndarray, np.ndarray], np.ndarray]
 ) -> np.ndarray:
-    """Places on ``axis``, at most one per cell, of hidden crossings along it that a sample confirms.
+    """Places on ``axis``, at most one per cell, of hidden sign changes along it that a sample confirms.
 
     ``growth`` has the shape of (other, axis), and ``sample`` takes places on the axis first.
     """
     lane = np.repeat(np.arange(len(other)), len(axis))
-    cell, place = hidden_crossings(lane, np.tile(axis, len(other)), growth.ravel())
+    cell, place = hidden_sign_changes(lane, np.tile(axis, len(other)), growth.ravel())
     if not cell.size:
         return place
     found, beside = sample(place, other[lane[cell]]), growth.ravel()[cell]

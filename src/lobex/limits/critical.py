@@ -13,9 +13,9 @@ from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids.choice import AUTO, AnyMethod, check_any_method, chosen_method, operator_of, tolerance_of
 from lobex.grids.resolution import oddities
 from lobex.grids.sweep import SweepWarning
+from lobex.limits.changes import Changes, polished
 from lobex.limits.changes_on_axis import changes_on_axis
 from lobex.limits.closed_form import Regeneration, closed_form
-from lobex.limits.crossings import Crossings, polished
 from lobex.limits.receptance import Receptance
 from lobex.limits.scan import scan_gains
 from lobex.limits.traced import traced_critical_gain
@@ -145,7 +145,7 @@ def _by_operator(
     scan = scan_gains(process, method, speeds, gains, progress)
     changes = polished(process, method, speeds, scan.brackets)
     unsure = np.isnan(changes.gain)
-    # A crossing that was not polished hides what lies around it from every limit above, as a failed sample does.
+    # A change that was not polished hides what lies around it from every limit above, as a failed sample does.
     hidden = scan.failed
     np.minimum.at(hidden, changes.lane[unsure], scan.brackets.low[unsure])
     doubts = (
@@ -155,7 +155,7 @@ def _by_operator(
     return _assembled(scan.stable, hidden, changes, gains), doubts if scan.doubtful else ""
 
 
-def _assembled(stable: np.ndarray, hidden: np.ndarray, changes: Crossings, gains: np.ndarray) -> dict[str, np.ndarray]:
+def _assembled(stable: np.ndarray, hidden: np.ndarray, changes: Changes, gains: np.ndarray) -> dict[str, np.ndarray]:
     """The limits of n speeds: whether the lowest gain is stable, (n,), the gain above which something failed, (n,)."""
     # Rounding may put one that lies at a bound beyond it.
     changes = changes._replace(gain=np.clip(changes.gain, gains[0], gains[-1]))
@@ -182,7 +182,7 @@ def _assembled(stable: np.ndarray, hidden: np.ndarray, changes: Crossings, gains
 
 
 def _intervals(
-    stable: np.ndarray, lane: np.ndarray, crossings: np.ndarray, gains: np.ndarray, lost: np.ndarray
+    stable: np.ndarray, lane: np.ndarray, changes: np.ndarray, gains: np.ndarray, lost: np.ndarray
 ) -> np.ndarray:
     """Pairs of edges of the stable intervals of every lane, (n, k, 2), NaN-filled."""
     n = len(stable)
@@ -190,7 +190,7 @@ def _intervals(
     edges = np.full((n, count.max(initial=0) + 2), np.nan)
     edges[stable, 0] = gains[0]
     order = np.arange(len(lane)) - np.searchsorted(lane, lane)
-    edges[lane, order + stable[lane]] = crossings
+    edges[lane, order + stable[lane]] = changes
     filled = count + stable
     odd = filled % 2 == 1
     edges[np.flatnonzero(odd), filled[odd]] = gains[-1]

@@ -10,7 +10,7 @@ from lobex._float64 import in_float64
 from lobex._pytree import pytree
 from lobex._timing import timed
 from lobex.limits.closed_form import Rate, closed_form
-from lobex.limits.exact import ExactMinimum, exact_branches, exact_critical, exact_minimum, regeneration_of
+from lobex.limits.d_subdivision import ExactMinimum, exact_branches, exact_critical, exact_minimum, regeneration_of
 from lobex.limits.hayes import hayes_interval
 from lobex.limits.receptance import ModalCurve, Receptance
 from lobex.limits.sections import Sections

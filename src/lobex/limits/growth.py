@@ -53,8 +53,8 @@ def _rate(triple: Triple, change: Array) -> Array:
     return ((left @ (change @ right)) / (left @ right) / value).real
 
 
-class Crossing(NamedTuple):
-    """A root of the growth in a bracket.
+class ZeroGrowth(NamedTuple):
+    """A gain in a bracket at which the growth is zero.
 
     Attributes:
         gain: where it is.
@@ -74,12 +74,12 @@ class Crossing(NamedTuple):
 
 
 # Steps taken, the ends of the bracket, the next gain, and the best so far.
-_Search = tuple[Array, Array, Array, Array, Crossing]
+_Search = tuple[Array, Array, Array, Array, ZeroGrowth]
 
 
-def find_crossing(
+def find_zero_growth(
     family: Family, low: Array, high: Array, ends: tuple[Array, Array], squarings: Array, densely: bool = False
-) -> Crossing:
+) -> ZeroGrowth:
     """The gain in [low, high] at which the growth, of the values ``ends`` there, changes sign.
 
     For one point: Newton steps, ten at most, that stay in the bracket. A step that leaves it, or whose slope is not
@@ -109,7 +109,7 @@ def find_crossing(
         same = jnp.sign(value) == jnp.sign(start)
         low, high = jnp.where(trusted & same, gain, low), jnp.where(trusted & ~same, gain, high)
         better = trusted & ~(jnp.abs(value) >= jnp.abs(best.growth))
-        new = Crossing(gain, value, slope, matrix, triple, residual)
+        new = ZeroGrowth(gain, value, slope, matrix, triple, residual)
         best = jax.tree.map(lambda new, old: jnp.where(better, new, old), new, best)
         newton = gain - value / slope
         inside = trusted & (newton > low - margin) & (newton < high + margin)
@@ -123,5 +123,5 @@ def find_crossing(
     matrix = jax.eval_shape(family, low)
     nothing, vector = jnp.full_like(start, jnp.nan), jnp.zeros(matrix.shape[0], jnp.result_type(matrix.dtype, 1j))
     still = Triple(vector[0], vector, vector)
-    none = Crossing(nothing, nothing, nothing, jnp.zeros(matrix.shape, matrix.dtype), still, nothing)
+    none = ZeroGrowth(nothing, nothing, nothing, jnp.zeros(matrix.shape, matrix.dtype), still, nothing)
     return jax.lax.while_loop(going, step, (0, low, high, low + share * (high - low), none))[4]

@@ -128,11 +128,11 @@ class Curve(Protocol):
 
     @property
     def most_breaks(self) -> int | None:
-        """Largest number of zeros of one of the functions that bracketing looks at; None for one per cell."""
+        """Largest number of zeros of one of the functions that bracketing looks at; None for one per interval."""
         ...
 
     def grid(self) -> tuple[Array, Array]:
-        """Rows and offsets of points, sorted, so dense that cells hold one such zero at most, each (p,)."""
+        """Rows and offsets of points, sorted, so dense that intervals hold one such zero at most, each (p,)."""
         ...
 
     def at(self, row: Array, offset: Array) -> tuple[Array, Array, Array]:

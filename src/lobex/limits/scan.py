@@ -4,10 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lobex._hidden import hidden_crossings
+from lobex._hidden import hidden_sign_changes
 from lobex.grids.choice import tolerance_of
 from lobex.grids.evaluation import dominant_at_points, dominant_over_grid
-from lobex.limits.crossings import Brackets
 from lobex.operators.operator import Method
 from lobex.processes.process import Process
 
@@ -22,6 +21,17 @@ class _Samples(NamedTuple):
     gain: np.ndarray
     growth: np.ndarray
     error: np.ndarray
+    nodes: np.ndarray
+
+
+class Brackets(NamedTuple):
+    """Pairs of gains between which the growth changes sign, each (e,): lane, gains, growth, and nodes to use."""
+
+    lane: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    start: np.ndarray
+    end: np.ndarray
     nodes: np.ndarray
 
 
@@ -67,8 +77,8 @@ def scan_gains(process: Process, method: Method, speeds: np.ndarray, gains: np.n
 
 
 def _finer(process: Process, method: Method, speeds: np.ndarray, samples: _Samples) -> _Samples:
-    """More samples where a pair of crossings may hide."""
-    cells, _ = hidden_crossings(*samples[:3])
+    """More samples where a pair of changes may hide."""
+    cells, _ = hidden_sign_changes(*samples[:3])
     if not cells.size:
         return samples
     share = np.arange(1, _PARTS) / _PARTS

@@ -11,10 +11,10 @@ from lobex._float64 import in_float64
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.floquet import power
 from lobex.grids.choice import AnyMethod, Auto, operator_of
+from lobex.limits.changes import TIE, label_densely, operator_family
 from lobex.limits.closed_form import Regeneration, closed_form
-from lobex.limits.crossings import TIE, label_densely, operator_family
-from lobex.limits.exact import exact_critical
-from lobex.limits.growth import SQUARINGS, find_crossing, growth
+from lobex.limits.d_subdivision import exact_critical
+from lobex.limits.growth import SQUARINGS, find_zero_growth, growth
 from lobex.operators.operator import Method
 from lobex.processes.process import Process
 from lobex.results.codes import Kind, Status
@@ -34,7 +34,7 @@ def traced_critical_gain(process: Process, speed: Any, gains: np.ndarray, method
 
     What has it in closed form, such as ``Rub`` and ``Turning``, has it by D-subdivision, unless a method with an
     operator is asked for. Of everything else the gains are scanned with an operator of fixed size, and Newton's method
-    polishes the first crossing.
+    polishes the first change.
     """
     speeds = jnp.atleast_1d(jnp.asarray(speed, dtype=jnp.result_type(float)))
     exact = isinstance(method, Auto | CharacteristicRoots)
@@ -87,9 +87,9 @@ def _by_operator(process: Process, speeds: Array, gains: np.ndarray, method: Met
         before = jnp.maximum(first - 1, 0)
         ends = values[before], values[first]
         low, high = jnp.asarray(gains)[before], jnp.asarray(gains)[first]
-        crossing = find_crossing(family, low, high, ends, SQUARINGS)
+        change = find_zero_growth(family, low, high, ends, SQUARINGS)
         bracketed = unstable.any() & (first > 0)
-        good = bracketed & (jnp.abs(crossing.growth) < jnp.sqrt(jnp.finfo(values.dtype).eps) / 10)
+        good = bracketed & (jnp.abs(change.growth) < jnp.sqrt(jnp.finfo(values.dtype).eps) / 10)
         status = jnp.where(
             good,
             Status.FOUND,
@@ -99,11 +99,11 @@ def _by_operator(process: Process, speeds: Array, gains: np.ndarray, method: Met
                 jnp.where(bracketed | jnp.isnan(values).any(), Status.NOT_CONVERGED, Status.NONE_IN_RANGE),
             ),
         )
-        gain: Array = jnp.where(good, crossing.gain, jnp.nan)
+        gain: Array = jnp.where(good, change.gain, jnp.nan)
         label = label_densely(fixed[0], method, speed, jnp.nan_to_num(gain, nan=gains[0]))
         status = jnp.where(good & (jnp.log(label.rival) > -TIE), Status.TIE, status)
         frequency = jnp.where(good, label.frequency, jnp.nan)
-        return gain, status, frequency, jnp.where(good, label.kind, Kind.NONE), crossing.slope
+        return gain, status, frequency, jnp.where(good, label.kind, Kind.NONE), change.slope
 
     root, status, frequency, kind, slope = jax.lax.stop_gradient(jax.lax.map(search, fixed[1]))
     # On the limit the growth stays zero: ∂F/∂θ dθ + ∂F/∂g dg = 0.

@@ -66,7 +66,7 @@ def critical_gain(
 
     With an operator, a scan of ``scan`` equally spaced gains brackets the sign changes of log max|μ|; cells in which
     the neighbours' slopes point across zero are divided further. Newton's method with the derivative of the
-    dominant multiplier then polishes every crossing, of all speeds side by side, within its bracket. An instability
+    dominant multiplier then polishes every change, of all speeds side by side, within its bracket. An instability
     that begins and ends between two scanned gains without showing in the slopes beside it is missed: take a finer
     scan.
 

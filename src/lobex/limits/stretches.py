@@ -1,4 +1,4 @@
-"""Cells of the frequency axis that hold at most one candidate for the limit each, whatever the speed."""
+"""Stretches of the frequency axis that hold at most one candidate for the limit each, whatever the speed."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from lobex._namespace import namespace
+from lobex.limits.phase import half_turn_bend, half_turn_rate, half_turns
 from lobex.limits.receptance import Curve, clustered
 from lobex.limits.sections import on_boundary
 
@@ -17,16 +17,16 @@ _HALVINGS = 52
 _AROUND = 8
 
 
-class Cells(NamedTuple):
+class Stretches(NamedTuple):
     """Parts of the frequency axis where Re G < 0 and Re G and d arg G/dω are monotonic, lowest gain first.
 
     Attributes:
         row: the row of the curve, shape (c,).
         low, high: offsets of the ends of lower and higher gain, (c,), rad/s; high is infinite in the last,
-            open cell of a modal curve.
+            open stretch of a modal curve.
         low_turns, high_turns: −arg G/π − 1/2 at the ends, (c,).
         low_rate, high_rate: its derivative by ω, (c,).
-        gain: −1/(2 Re G) at the end of lower gain, (c,), N/m; infinite for a cell that is none.
+        gain: −1/(2 Re G) at the end of lower gain, (c,), N/m; infinite for a stretch that is none.
     """
 
     row: Array
@@ -39,24 +39,8 @@ class Cells(NamedTuple):
     gain: Array
 
 
-def half_turns(response: Array) -> Array:
-    """−arg G/π − 1/2, with arg G in (−2π, 0]: continuous where Re G < 0, for Im G of either sign."""
-    lib = namespace(response)
-    return lib.mod(lib.arctan2(-response.imag, response.real), 2 * lib.pi) / lib.pi - 0.5
-
-
-def half_turn_rate(response: Array, slope: Array) -> Array:
-    """Derivative of ``half_turns`` by ω."""
-    return -(slope / response).imag / jnp.pi
-
-
-def half_turn_bend(response: Array, slope: Array, bend: Array) -> Array:
-    """Second derivative of ``half_turns`` by ω."""
-    return -(bend / response - (slope / response) ** 2).imag / jnp.pi
-
-
-def cells(curve: Curve) -> Cells:
-    """The cells of a curve: its grid, cut at the zeros of Re G and at the extrema of Re G and d arg G/dω."""
+def stretches(curve: Curve) -> Stretches:
+    """The stretches of a curve: its grid, cut at the zeros of Re G and at the extrema of Re G and d arg G/dω."""
     row, offset = curve.grid()
     zero_row, zero, width = _zeros(curve, row, offset, _real_part)
     row, offset = _merged((row, offset), (zero_row, zero))
@@ -73,7 +57,7 @@ def cells(curve: Curve) -> Cells:
     return _ordered(curve, row, offset)
 
 
-def _ordered(curve: Curve, row: Array, offset: Array) -> Cells:
+def _ordered(curve: Curve, row: Array, offset: Array) -> Stretches:
     response, slope, _ = curve.at(row, offset)
     middle, _, _ = curve.at(row[1:], (offset[1:] + offset[:-1]) / 2)
     present = (row[1:] == row[:-1]) & (offset[1:] > offset[:-1]) & (middle.real < 0)
@@ -92,13 +76,13 @@ def _ordered(curve: Curve, row: Array, offset: Array) -> Cells:
         present = jnp.concatenate([present, response.real[-1:] < 0])
     gain: Array = jnp.where(present & (low[3] < 0), on_boundary(low[3]), jnp.inf)
     order = jnp.argsort(gain)
-    return Cells(*(a[order] for a in (row, low[0], high[0], low[1], high[1], low[2], high[2], gain)))
+    return Stretches(*(a[order] for a in (row, low[0], high[0], low[1], high[1], low[2], high[2], gain)))
 
 
 def _zeros(
     curve: Curve, row: Array, offset: Array, function: Callable[[Array, Array, Array], Array]
 ) -> tuple[Array, Array, Array]:
-    """Row, offset and cell width of the zeros of a function of (G, G′, G″); repeats of a grid point for none."""
+    """Row, offset and interval width of the zeros of a function of (G, G′, G″); repeats of a grid point for none."""
     sign = jnp.sign(function(*curve.at(row, offset)))
     change = (sign[1:] * sign[:-1] < 0) & (row[1:] == row[:-1])
     where = jnp.flatnonzero(change, size=curve.most_breaks or change.shape[0], fill_value=0)

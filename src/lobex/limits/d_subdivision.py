@@ -21,24 +21,25 @@ from lobex._float64 import in_float64
 from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex.limits.above import above
-from lobex.limits.brackets import Cells, cells, half_turns
 from lobex.limits.closed_form import Regeneration, closed_form
+from lobex.limits.lobe_search import LobePoint, lowest_lobe_point
+from lobex.limits.phase import half_turns, phase
 from lobex.limits.receptance import Curve, ModalCurve, Receptance, SampledCurve, receptance
-from lobex.limits.search import Crossing, lowest_crossing, phase
 from lobex.limits.sections import as_complex, on_boundary, sections_of
+from lobex.limits.stretches import Stretches, stretches
 from lobex.processes.process import Process, check_speed
 from lobex.structures.modes import Modes
 
 Array = Any
 Source = Modes | Receptance | Regeneration | Process
 
-# Speeds that are searched together: their phases at all cells stay in cache.
+# Speeds that are searched together: their phases at all stretches stay in cache.
 _BATCH = 128
 _MOST_LOBES = 10_000
 
 
 @pytree()
-class ExactLimit:
+class ExactCritical:
     """The stability limit at each speed.
 
     Attributes:
@@ -107,13 +108,13 @@ def exact_branches(source: Source, omega: Array, lobes: int = 10) -> ExactBranch
     return ExactBranches(*_branches(found, omega, _checks.integer("lobes", lobes, 1, _MOST_LOBES)))
 
 
-def exact_critical(source: Source, speed: Array, lowest: Array | None = None) -> ExactLimit:
+def exact_critical(source: Source, speed: Array, lowest: Array | None = None) -> ExactCritical:
     """The stability limit at each speed, to rounding: no discretisation of the delay, no grid of gains.
 
-    The frequency axis is cut, independently of the speed, into cells where Re G and d arg G/dω are
-    monotonic. Within one the phase ωτ − 2 arg G has one extremum at most, so that the crossing of lowest
-    gain is found for certain; cells are searched in order of the least gain that they can hold, until no
-    other can hold a lower one. The cells of a structure are exact if its grid of 65 points a mode
+    The frequency axis is cut, independently of the speed, into stretches where Re G and d arg G/dω are
+    monotonic. Within one the phase ωτ − 2 arg G has one extremum at most, so that the root of lowest
+    gain is found for certain; stretches are searched in order of the least gain that they can hold, until no
+    other can hold a lower one. The stretches of a structure are exact if its grid of 65 points a mode
     separates the zeros of Re G and of those derivatives. Work is bounded; nothing grows with ωτ.
 
     Differentiable with respect to speed and every number in ``source``, twice: two Newton steps on the root
@@ -125,7 +126,7 @@ def exact_critical(source: Source, speed: Array, lowest: Array | None = None) ->
         lowest: of modes, a gain above zero to search from, one number, in the place of 0.
 
     Returns:
-        ``ExactLimit`` of the shape of ``speed``. Modes have a limit at every speed, and it is 0 where a mode
+        ``ExactCritical`` of the shape of ``speed``. Modes have a limit at every speed, and it is 0 where a mode
         without damping gains energy; of a measurement only frequencies within its band are looked at. NaN where the
         gain ``lowest`` is unstable.
 
@@ -136,7 +137,7 @@ def exact_critical(source: Source, speed: Array, lowest: Array | None = None) ->
     found = regeneration_of(source)
     speed = np.asarray(speed) if isinstance(speed, list | tuple) else speed
     check_speed(source, speed)  # pyright: ignore[reportArgumentType]
-    return ExactLimit(*_critical(found, speed, lowest))
+    return ExactCritical(*_critical(found, speed, lowest))
 
 
 def exact_minimum(source: Source, lobes: int = 10) -> ExactMinimum:
@@ -201,15 +202,15 @@ def _lobe_speeds(response: Array, omega: Array, lobes: int) -> Array:
 
 # Of a structure, whatever is asked of it.
 @jax.jit
-def _cells(source: Regeneration) -> Cells:
-    return cells(_curve(jax.lax.stop_gradient(source)))
+def _stretches(source: Regeneration) -> Stretches:
+    return stretches(_curve(jax.lax.stop_gradient(source)))
 
 
 @in_float64
 def _critical(source: Regeneration, speed: Array, lowest: Array | None) -> tuple[Array, Array, Array, Array]:
     lib = namespace(source, speed, lowest)
     speed = lib.asarray(speed, dtype=lib.result_type(float))
-    flat, parts, count = speed.ravel(), _cells(source), speed.size
+    flat, parts, count = speed.ravel(), _stretches(source), speed.size
     if lib is jnp and count <= _BATCH:
         results = _limits(source, parts, lowest, flat)
     elif count == 0:
@@ -227,7 +228,7 @@ def _critical(source: Regeneration, speed: Array, lowest: Array | None) -> tuple
 
 @jax.jit
 def _limits(
-    source: Regeneration, parts: Cells, lowest: Array | None, speed: Array
+    source: Regeneration, parts: Stretches, lowest: Array | None, speed: Array
 ) -> tuple[Array, Array, Array, Array]:
     """At speeds (b,)."""
     curve = _curve(source)
@@ -239,7 +240,7 @@ def _limits(
         mine, stable = parts, True
         if lowest is not None:
             mine, stable = above(still, parts, still_speed, lowest * jax.lax.stop_gradient(source.stiffness))
-        found = lowest_crossing(still, mine, still_speed)
+        found = lowest_lobe_point(still, mine, still_speed)
         offset = _follow(curve, speed, found)
         exists = stable & (found.gain < jnp.inf)
         gain = jnp.where(exists, _gain(curve, found.row, offset) / source.stiffness, jnp.nan)
@@ -249,7 +250,7 @@ def _limits(
     return jax.vmap(point)(speed)
 
 
-def _follow(curve: Curve, speed: Array, found: Crossing) -> Array:
+def _follow(curve: Curve, speed: Array, found: LobePoint) -> Array:
     """The root's offset as a function of speed and curve: two Newton steps, exact to the second derivative."""
     offset, level = found.offset, jax.lax.stop_gradient(phase(curve, speed, found.row, found.offset)[0])
     for _ in range(2):
@@ -260,11 +261,11 @@ def _follow(curve: Curve, speed: Array, found: Crossing) -> Array:
 
 @in_float64
 def _minimum(source: Regeneration, lobes: int) -> tuple[Array, Array, Array]:
-    return _least(source, _cells(source), lobes)
+    return _least(source, _stretches(source), lobes)
 
 
 @partial(jax.jit, static_argnames="lobes")
-def _least(source: Regeneration, parts: Cells, lobes: int) -> tuple[Array, Array, Array]:
+def _least(source: Regeneration, parts: Stretches, lobes: int) -> tuple[Array, Array, Array]:
     curve = _curve(source)
     lowest = jax.tree.map(lambda a: a[0], parts)
     row, offset = lowest.row, lowest.low

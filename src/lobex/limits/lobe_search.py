@@ -1,14 +1,15 @@
-"""The crossing of lowest gain at one speed, among the cells of a receptance."""
+"""The point of lowest gain on the lobes at one speed, among the stretches of a receptance."""
 
 from typing import Any, NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
 
-from lobex.limits.brackets import Cells, half_turn_bend, half_turn_rate, half_turns
+from lobex.limits.phase import phase
 from lobex.limits.receptance import Curve
 from lobex.limits.roots import bracketed_root
 from lobex.limits.sections import on_boundary
+from lobex.limits.stretches import Stretches
 
 Array = Any
 
@@ -17,7 +18,7 @@ _TIE = 1e-9
 _SAME_ROOT = 1e-6
 
 
-class Crossing(NamedTuple):
+class LobePoint(NamedTuple):
     """Where the phase is that of a lobe: row and offset on the curve, lobe number, gain (∞ for none), tie."""
 
     row: Array
@@ -27,47 +28,36 @@ class Crossing(NamedTuple):
     tie: Array
 
 
-def phase(curve: Curve, speed: Array, row: Array, offset: Array) -> tuple[Array, Array, Array]:
-    """(ωτ − 2 arg G)/2π − 1/2, a lobe number at a crossing, less the whole turns at the row's anchor; ′ and ″."""
-    rate = 1 / (2 * jnp.pi * speed)
-    response, slope, bend = curve.at(row, offset)
-    turns = curve.anchor[row] * rate
-    within = turns - jax.lax.stop_gradient(jnp.floor(turns))
-    return (
-        within + offset * rate + half_turns(response),
-        rate + half_turn_rate(response, slope),
-        half_turn_bend(response, slope, bend),
-    )
+def lowest_lobe_point(curve: Curve, stretches: Stretches, speed: Array) -> LobePoint:
+    """The point of lowest gain at a scalar speed.
 
-
-def lowest_crossing(curve: Curve, cells: Cells, speed: Array) -> Crossing:
-    """The crossing of lowest gain at a scalar speed.
-
-    Cells come in the order of their least gain. Those that hold a crossing, by the phases at their ends and
+    Stretches come in the order of their least gain. Those that hold a point of a lobe, by the phases at their ends and
     the tangents there, are solved in turn until the next one cannot hold a lower gain than the best found.
     """
     rate = 1 / (2 * jnp.pi * speed)
     rounding = jnp.finfo(rate.dtype).eps
     turns = curve.anchor * rate
     whole = jnp.floor(turns)
-    # In one revolution's ω the phase gains a turn: the open cell need not be longer.
-    cells = cells._replace(high=jnp.where(jnp.isinf(cells.high), cells.low + 2 * jnp.pi * speed * 1.001, cells.high))
-    begin = (turns - whole)[cells.row]
-    low = begin + cells.low * rate + cells.low_turns
-    high = begin + cells.high * rate + cells.high_turns
-    low_rate, high_rate = rate + cells.low_rate, rate + cells.high_rate
+    # In one revolution's ω the phase gains a turn: the open stretch need not be longer.
+    stretches = stretches._replace(
+        high=jnp.where(jnp.isinf(stretches.high), stretches.low + 2 * jnp.pi * speed * 1.001, stretches.high)
+    )
+    begin = (turns - whole)[stretches.row]
+    low = begin + stretches.low * rate + stretches.low_turns
+    high = begin + stretches.high * rate + stretches.high_turns
+    low_rate, high_rate = rate + stretches.low_rate, rate + stretches.high_rate
     turning = low_rate * high_rate < 0
-    length = cells.high - cells.low
-    # The phase is convex or concave in a cell, so that its extremum lies before where the end tangents meet.
+    length = stretches.high - stretches.low
+    # The phase is convex or concave in a stretch, so that its extremum lies before where the end tangents meet.
     along = (high - low - high_rate * length) / jnp.where(turning, low_rate - high_rate, 1.0)
     tangents = jnp.where(turning, low + low_rate * along, low)
     least, most = jnp.minimum(jnp.minimum(low, high), tangents), jnp.maximum(jnp.maximum(low, high), tangents)
     slack = 16 * rounding * (2 + jnp.maximum(jnp.abs(least), jnp.abs(most)))
-    held = (jnp.ceil(least - slack) <= most + slack) & (cells.gain < jnp.inf)
+    held = (jnp.ceil(least - slack) <= most + slack) & (stretches.gain < jnp.inf)
     index = jnp.arange(held.shape[0])
 
-    def solve(i: Array) -> Crossing:
-        row, first, last = cells.row[i], cells.low[i], cells.high[i]
+    def solve(i: Array) -> LobePoint:
+        row, first, last = stretches.row[i], stretches.low[i], stretches.high[i]
 
         def at(offset: Array) -> tuple[Array, Array, Array]:
             return phase(curve, speed, row, offset)
@@ -95,24 +85,24 @@ def lowest_crossing(curve: Curve, cells: Cells, speed: Array) -> Crossing:
         response, _, _ = curve.at(row, offset)
         there = (near_held | far_held) & (response.real < 0)
         gain = jnp.where(there, _gain(response.real, there), jnp.inf)
-        return Crossing(row, offset, whole[row] + level, gain, jnp.asarray(False))
+        return LobePoint(row, offset, whole[row] + level, gain, jnp.asarray(False))
 
     def following(i: Array) -> tuple[Array, Array]:
-        """The next cell with a crossing, and the least gain it can hold."""
+        """The next stretch with a point of a lobe, and the least gain it can hold."""
         rest = held & (index > i)
         after = jnp.argmax(rest)
-        return after, jnp.where(jnp.any(rest), cells.gain[after], jnp.inf)
+        return after, jnp.where(jnp.any(rest), stretches.gain[after], jnp.inf)
 
-    def promising(state: tuple[Array, Array, Crossing]) -> Array:
+    def promising(state: tuple[Array, Array, LobePoint]) -> Array:
         _, bound, best = state
         return (bound < jnp.inf) & (bound <= best.gain * (1 + _TIE))
 
-    def search(state: tuple[Array, Array, Crossing]) -> tuple[Array, Array, Crossing]:
+    def search(state: tuple[Array, Array, LobePoint]) -> tuple[Array, Array, LobePoint]:
         i, _, best = state
         return *following(i), _better(curve, best, solve(i))
 
     zero = jnp.zeros_like(rate)
-    none = Crossing(cells.row[0], cells.low[0], zero, zero + jnp.inf, jnp.asarray(False))
+    none = LobePoint(stretches.row[0], stretches.low[0], zero, zero + jnp.inf, jnp.asarray(False))
     return jax.lax.while_loop(promising, search, (*following(jnp.asarray(-1)), none))[2]
 
 
@@ -121,7 +111,7 @@ def _gain(real: Array, there: Array) -> Array:
     return on_boundary(safe)
 
 
-def _better(curve: Curve, best: Crossing, new: Crossing) -> Crossing:
+def _better(curve: Curve, best: LobePoint, new: LobePoint) -> LobePoint:
     lower = new.gain < best.gain
     smaller, larger = jnp.minimum(best.gain, new.gain), jnp.maximum(best.gain, new.gain)
     close = (larger <= smaller * (1 + _TIE)) & (larger < jnp.inf)
@@ -129,7 +119,7 @@ def _better(curve: Curve, best: Crossing, new: Crossing) -> Crossing:
     distinct = (best.lobe != new.lobe) | (jnp.abs(omega - other) > _SAME_ROOT * omega)
     tie = jnp.where(close, best.tie | distinct, ~lower & best.tie)
     row, offset, lobe, gain = (jnp.where(lower, n, b) for n, b in zip(new[:4], best[:4], strict=True))
-    return Crossing(row, offset, lobe, gain, tie)
+    return LobePoint(row, offset, lobe, gain, tie)
 
 
 def _first_level(start: Array, stop: Array, slack: Array) -> tuple[Array, Array]:

@@ -1,4 +1,4 @@
-"""Polished crossings with their labels: frequency, kind, tie and error, with the operator's own nodes at each."""
+"""Changes of stability polished in brackets: gain, frequency, kind, tie and error, with the nodes that each needs."""
 
 from dataclasses import replace
 from functools import partial
@@ -15,7 +15,8 @@ from lobex.floquet.dense import Triple
 from lobex.floquet.power import Pair, as_pair
 from lobex.grids.evaluation import dominant_at_points
 from lobex.grids.refinement import SPEEDS, prepared_at
-from lobex.limits.growth import CONVERGED, SQUARINGS, Family, find_crossing
+from lobex.limits.growth import CONVERGED, SQUARINGS, Family, find_zero_growth
+from lobex.limits.scan import Brackets
 from lobex.operators.duhamel import Duhamel
 from lobex.operators.elimination import inverse, pivoted_inverse
 from lobex.operators.operator import Method
@@ -29,15 +30,15 @@ Array = Any
 # A second multiplier is in a tie where its log|μ| at the limit is above minus this.
 TIE = 1e-7
 _SAME = 1e-9
-# What a crossing gets: gain, growth and slope, its label, and the residual.
+# What a change gets: gain, growth and slope, its label, and the residual.
 _RESULTS = 8
-# Work per crossing, lightest first: squarings of the operator, or 0 for the dense solver.
+# Work per change, lightest first: squarings of the operator, or 0 for the dense solver.
 _EFFORTS = (SQUARINGS, 24, 0)
 _RESIDUAL = 1e-9
 
 
 class Label(NamedTuple):
-    """Of a crossing: chatter frequency (Hz), kind, |μ| of the strongest multiplier beside the dominant pair, and the
+    """Of a change: chatter frequency (Hz), kind, |μ| of the strongest multiplier beside the dominant pair, and the
     estimated relative error of |μ| (NaN where the method gives none)."""
 
     frequency: Array
@@ -46,7 +47,7 @@ class Label(NamedTuple):
     error: Array
 
 
-class Crossings(NamedTuple):
+class Changes(NamedTuple):
     """Gains at which stability changes, by speed and then by gain, each (e,).
 
     Attributes:
@@ -66,19 +67,8 @@ class Crossings(NamedTuple):
     error: np.ndarray
 
 
-class Brackets(NamedTuple):
-    """Pairs of gains between which the growth changes sign, each (e,): lane, gains, growth, and nodes to use."""
-
-    lane: np.ndarray
-    low: np.ndarray
-    high: np.ndarray
-    start: np.ndarray
-    end: np.ndarray
-    nodes: np.ndarray
-
-
-def polished(process: Process, method: Method, speeds: np.ndarray, brackets: Brackets) -> Crossings:
-    """The crossings in brackets at speeds (n,), Hz, of all lanes side by side; call in the scope of float64."""
+def polished(process: Process, method: Method, speeds: np.ndarray, brackets: Brackets) -> Changes:
+    """The changes in brackets at speeds (n,), Hz, of all lanes side by side; call in the scope of float64."""
     count = len(brackets.lane)
     in_flight = samples_in_flight(process.system(np.min(speeds), 0.0))
     parts = [np.full(count, np.nan) for _ in range(_RESULTS)]
@@ -99,7 +89,7 @@ def polished(process: Process, method: Method, speeds: np.ndarray, brackets: Bra
         error[converged] = _from_finer(process, method, speeds[brackets.lane[converged]], gain[converged])
     with np.errstate(divide="ignore", invalid="ignore"):
         tie, moved = np.log(rival) > -TIE, np.abs(error / slope)
-    return Crossings(brackets.lane, np.where(converged, gain, np.nan), frequency, kind, tie & converged, moved)
+    return Changes(brackets.lane, np.where(converged, gain, np.nan), frequency, kind, tie & converged, moved)
 
 
 def _from_finer(process: Process, method: Method, speeds: np.ndarray, gains: np.ndarray) -> np.ndarray:
@@ -133,7 +123,7 @@ def _polished(
 ) -> tuple[Array, ...]:
     def one(prepared: Any, speed: Array, low: Array, high: Array, start: Array, end: Array) -> tuple[Array, ...]:
         family = _family(process, method, prepared, speed, densely)
-        found = find_crossing(family, low, high, (start, end), squarings, densely)
+        found = find_zero_growth(family, low, high, (start, end), squarings, densely)
         gain = jnp.where(jnp.isnan(found.gain), low, found.gain)
         label = _label(process, method, prepared, found.matrix, found.triple, speed, gain, squarings, densely)
         return found.gain, found.growth, found.slope, *label, found.residual
