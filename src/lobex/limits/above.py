@@ -5,8 +5,8 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
+from lobex.limits.curve import Curve
 from lobex.limits.phase import half_turn_rate, half_turns
-from lobex.limits.receptance import Curve
 from lobex.limits.roots import bracketed_root
 from lobex.limits.sections import on_boundary
 from lobex.limits.stretches import Stretches

@@ -22,9 +22,11 @@ from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex.limits.above import above
 from lobex.limits.closed_form import Regeneration, closed_form
+from lobex.limits.curve import Curve
 from lobex.limits.lobe_search import LobePoint, lowest_lobe_point
+from lobex.limits.modal_curve import ModalCurve
 from lobex.limits.phase import half_turns, phase
-from lobex.limits.receptance import Curve, ModalCurve, Receptance, SampledCurve, receptance
+from lobex.limits.receptance import Receptance, SampledCurve, receptance
 from lobex.limits.sections import as_complex, on_boundary, sections_of
 from lobex.limits.stretches import Stretches, stretches
 from lobex.processes.process import Process, check_speed

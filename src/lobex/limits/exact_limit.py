@@ -12,7 +12,8 @@ from lobex._timing import timed
 from lobex.limits.closed_form import Rate, closed_form
 from lobex.limits.d_subdivision import ExactMinimum, exact_branches, exact_critical, exact_minimum, regeneration_of
 from lobex.limits.hayes import hayes_interval
-from lobex.limits.receptance import ModalCurve, Receptance
+from lobex.limits.modal_curve import ModalCurve
+from lobex.limits.receptance import Receptance
 from lobex.limits.sections import Sections
 from lobex.limits.undamped import undefined
 from lobex.processes.plausible import warn_of_implausible

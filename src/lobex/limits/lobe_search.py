@@ -5,8 +5,8 @@ from typing import Any, NamedTuple, cast
 import jax
 import jax.numpy as jnp
 
+from lobex.limits.curve import Curve
 from lobex.limits.phase import phase
-from lobex.limits.receptance import Curve
 from lobex.limits.roots import bracketed_root
 from lobex.limits.sections import on_boundary
 from lobex.limits.stretches import Stretches

@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 
 from lobex._namespace import namespace
-from lobex.limits.receptance import Curve
+from lobex.limits.curve import Curve
 
 Array = Any
 

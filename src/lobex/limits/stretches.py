@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
+from lobex.limits.curve import Curve, clustered
 from lobex.limits.phase import half_turn_bend, half_turn_rate, half_turns
-from lobex.limits.receptance import Curve, clustered
 from lobex.limits.sections import on_boundary
 
 Array = Any
