@@ -25,7 +25,7 @@ def all_multipliers(matrix: Array) -> Array:
     return jnp.take_along_axis(values, order, axis=-1)
 
 
-def dominant_pair(matrix: Array) -> tuple[Array, Array]:
+def pair_by_eigensolver(matrix: Array) -> tuple[Array, Array]:
     """The eigenvalue of largest modulus of (N, N), with Im ≥ 0 of a pair, and its unit right eigenvector."""
     values, vectors = jnp.linalg.eig(matrix)
     index = jnp.argmax(jnp.abs(values))
@@ -42,9 +42,9 @@ def left_vector(matrix: Array, value: Array, right: Array) -> Array:
     return left / (left @ right)
 
 
-def triple(matrix: Array) -> Triple:
+def triple_by_eigensolver(matrix: Array) -> Triple:
     """The eigenvalue of largest modulus of (N, N) and its vectors."""
-    value, right = dominant_pair(matrix)
+    value, right = pair_by_eigensolver(matrix)
     # Right eigenvectors of the transpose are left ones: every backend has those.
     mirrored, candidates = jnp.linalg.eig(matrix.T)
     # Of a multiplier that occurs twice (two equal modes), the left vector that is not orthogonal to the right.
@@ -76,7 +76,7 @@ def largest_modulus(matrix: Array) -> Array:
 @largest_modulus.defjvp
 def _largest_modulus_jvp(primals: tuple[Array], tangents: tuple[Array]) -> tuple[Array, Array]:
     (matrix,), (change,) = primals, tangents
-    value, right, left = triple(matrix)
+    value, right, left = triple_by_eigensolver(matrix)
     slope = (left @ (change @ right)) / (left @ right)
     modulus = jnp.abs(value)
     return modulus, jnp.real(jnp.conj(value) * slope) / modulus

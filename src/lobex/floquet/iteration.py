@@ -15,7 +15,7 @@ _SUBSPACE = 8
 _SQUARINGS = 8
 
 
-def dominant_triple(matrix: Array) -> tuple[Triple, Array]:
+def triple_by_iteration(matrix: Array) -> tuple[Triple, Array]:
     """The dominant multiplier of (N, N) and both its vectors, and the larger residual |Uv − μv|/|μ| of the two.
 
     The work is fixed: U to the power 2^8, rescaled on the way, and then lower powers act on a block of 8 vectors,

@@ -27,7 +27,7 @@ class Pair(NamedTuple):
     left: Array
 
 
-def dominant(matrix: Array, squarings: Array) -> Pair:
+def pair_by_squaring(matrix: Array, squarings: Array) -> Pair:
     """The eigenvalue of largest modulus of (N, N) with its vector.
 
     What the power 2^squarings of U leaves of the other eigenvalues is (|μ₃|/|μ₁|)^(2^squarings); the dominant one
@@ -41,7 +41,7 @@ def dominant(matrix: Array, squarings: Array) -> Pair:
     return _in_plane(matrix, right, left)
 
 
-def dominant_triple(matrix: Array, squarings: Array) -> tuple[Triple, Array]:
+def triple_by_squaring(matrix: Array, squarings: Array) -> tuple[Triple, Array]:
     """The dominant multiplier and both its vectors, complex, and the larger residual |Uv − μv|/|μ| of the two.
 
     Where another multiplier has the modulus of the dominant one, left and right vector may belong to different

@@ -58,7 +58,7 @@ def dominant_over_grid(
         )
         row, column = (np.resize(index, size) for index, size in zip(part, chunk, strict=True))
         with on_device(number):
-            result = _dominant(process, method, _EFFORTS[0], False, None, speeds[row, None], gains[column])
+            result = _by_operator(process, method, _EFFORTS[0], False, None, speeds[row, None], gains[column])
             return np.ix_(*part), [np.asarray(values)[: len(part[0]), : len(part[1])] for values in result]
 
     with (
@@ -118,7 +118,7 @@ def _at_points(
         if not len(doubtful):
             break
         densely[doubtful] = effort == 0
-        evaluate = partial(_dominant, process, method, effort, effort == 0, together(_BATCH))
+        evaluate = partial(_by_operator, process, method, effort, effort == 0, together(_BATCH))
         results = in_batches(evaluate, (speeds[doubtful], gains[doubtful]), _BATCH)
         multiplier[doubtful], frequency[doubtful], residual[doubtful] = results
         doubtful = np.flatnonzero(_untrusted(multiplier, residual))
@@ -139,7 +139,7 @@ def _chunk_shape(process: Process, method: Method, speed: float, gain: float) ->
 
 
 @partial(jax.jit, static_argnames=("densely", "several"))
-def _dominant(
+def _by_operator(
     process: Process,
     method: Method,
     squarings: Array,
@@ -156,10 +156,10 @@ def _dominant(
         system = process.system(speed, gain)
         operator = method.operator(system)
         if densely:
-            value, vector = dense.dominant_pair(operator.matrix)
+            value, vector = dense.pair_by_eigensolver(operator.matrix)
             residual = jnp.zeros(())
         else:
-            pair = power.dominant(operator.matrix, squarings)
+            pair = power.pair_by_squaring(operator.matrix, squarings)
             value, vector, residual = *map(power.as_complex, pair[:2]), power.residual(operator.matrix, pair)
         return value, operator.chatter_frequency(system.period, value, vector), residual
 

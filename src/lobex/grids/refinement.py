@@ -239,7 +239,7 @@ class _Slab:
             part = points[begin : begin + size]
             filled = np.resize(part, size)
             row = self.row[filled]
-            results = _dominant(
+            results = _with_errors(
                 self.whole.process,
                 prepared,
                 row,
@@ -281,7 +281,7 @@ def prepared_at(process: Process, method: Duhamel, speeds: Array, gain: Array, t
 
 
 @partial(jax.jit, static_argnames=("densely", "together"))
-def _dominant(
+def _with_errors(
     process: Process,
     prepared: Any,
     row: Array,
@@ -300,10 +300,10 @@ def _dominant(
         respond = method.respond(mine, system, pivoted_inverse if densely else inverse)
         matrix = method.assemble(mine, respond)
         if densely:
-            value, vector = dense.dominant_pair(matrix)
+            value, vector = dense.pair_by_eigensolver(matrix)
             pair = Pair(*map(as_pair, (value, vector, dense.left_vector(matrix, value, vector))))
         else:
-            pair = power.dominant(matrix, squarings)
+            pair = power.pair_by_squaring(matrix, squarings)
         motion = method.motion(mine, respond, system, pair)
         frequency = carrier_frequency(motion.phase, motion.weight, motion.output, system.period, pair.value)
         return as_complex(pair.value), frequency, motion.error, motion.rounding, motion.defect

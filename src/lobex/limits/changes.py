@@ -189,7 +189,7 @@ def _rival(matrix: Array, triple: Triple, real: Array, squarings: Array, densely
         return jnp.max(jnp.where(same, 0.0, jnp.abs(others)))
     part = (value / (left @ right)) * (right[:, None] * left)
     rest = matrix - jnp.where(real, 1.0, 2.0) * part.real
-    pair = power.dominant(rest, squarings)
+    pair = power.pair_by_squaring(rest, squarings)
     return jnp.sqrt(jnp.sum(pair.value**2))
 
 
@@ -197,6 +197,5 @@ def label_densely(process: Process, method: Method, speed: Array, gain: Array) -
     """``Label`` of one point by the dense solver, for use under a caller's own transformations."""
     prepared, family = operator_family(process, method, speed, gain)
     matrix = family(gain)
-    return _label(
-        process, method, prepared, matrix, dense.triple(matrix), speed, gain, jnp.zeros((), int), densely=True
-    )
+    triple, none = dense.triple_by_eigensolver(matrix), jnp.zeros((), int)
+    return _label(process, method, prepared, matrix, triple, speed, gain, none, densely=True)

@@ -42,7 +42,7 @@ def growth_and_gradient(
     one, zero = jnp.ones_like(speed), jnp.zeros_like(speed)
     operator, along = jax.linearize(matrix, speed, gain)
     changes = jax.vmap(along)(jnp.stack([one, zero]), jnp.stack([zero, one]))
-    triple, residual = iteration.dominant_triple(operator)
+    triple, residual = iteration.triple_by_iteration(operator)
     by_speed, by_gain = jax.vmap(partial(_rate, triple))(changes)
     return jnp.log(jnp.abs(triple.value)), by_speed, by_gain, residual
 
@@ -101,9 +101,9 @@ def find_zero_growth(
         count, low, high, gain, best = state
         matrix, change = jax.jvp(family, (gain,), (jnp.ones_like(gain),))
         if densely:
-            triple, residual = dense.triple(matrix), jnp.zeros_like(gain)
+            triple, residual = dense.triple_by_eigensolver(matrix), jnp.zeros_like(gain)
         else:
-            triple, residual = power.dominant_triple(matrix, squarings)
+            triple, residual = power.triple_by_squaring(matrix, squarings)
         value, slope = jnp.log(jnp.abs(triple.value)), _rate(triple, change)
         trusted = residual < _USABLE_RESIDUAL
         same = jnp.sign(value) == jnp.sign(start)

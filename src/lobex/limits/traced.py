@@ -114,5 +114,5 @@ def _by_operator(process: Process, speeds: Array, gains: np.ndarray, method: Met
 
 
 def _growth_of(matrix: Array) -> Array:
-    pair = power.dominant(matrix, jnp.asarray(_SCAN_SQUARINGS))
+    pair = power.pair_by_squaring(matrix, jnp.asarray(_SCAN_SQUARINGS))
     return jnp.log(jnp.sum(pair.value**2)) / 2

@@ -70,7 +70,7 @@ def periodic(system: DelaySystem, method: Duhamel, phase: Array) -> Periodic:
     terms = method.path(prepared, respond, closed, held)[..., : system.output_size]
     mesh = mesh_of(closed)
     lowest, highest = -_highest(-terms), _highest(terms)
-    pair = power.dominant(jax.lax.stop_gradient(shift), _SQUARINGS)
+    pair = power.pair_by_squaring(jax.lax.stop_gradient(shift), _SQUARINGS)
     return Periodic(
         output=_at(terms, mesh, phase),
         lowest=lowest,
