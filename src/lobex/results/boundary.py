@@ -70,7 +70,7 @@ class Boundary(Result, form="lobex boundary 2"):
     """The curves max|μ| = 1 within a rectangle of speeds and gains.
 
     What is not missed: every curve that separates two points of the map that it was traced from, and every pair of
-    crossings between two grid points that the slopes beside them give away. A map whose ``waves_per_cell`` is
+    changes between two grid points that the slopes beside them give away. A map whose ``waves_per_cell`` is
     1/4 or less has four columns or more in every lobe of the fastest mode that can chatter. An island that
     lies within one cell, without a sign in the slopes around it, is missed: trace from a finer map.
 

@@ -91,9 +91,9 @@ class Chart(Result, form="lobex chart 4"):
     def critical_gain(self) -> np.ndarray:
         """Smallest gain, per speed, at which the map crosses from stable to unstable, (n,).
 
-        Linear in log max|μ| between the two grid gains around the crossing, so good to the grid and no
-        better. NaN where the grid holds no such crossing, also where its lowest gain is already unstable,
-        where a point that failed comes before it, or where the crossing lies within the first cell: nothing but the
+        Linear in log max|μ| between the two grid gains around the change, so good to the grid and no
+        better. NaN where the grid holds no such change, also where its lowest gain is already unstable,
+        where a point that failed comes before it, or where the change lies within the first cell: nothing but the
         growth at the lowest gain is known below it, which may be anywhere beside that of the limit.
 
         Warns:
@@ -115,7 +115,7 @@ class Chart(Result, form="lobex chart 4"):
         lane = np.arange(len(self.speed))
         above, below = growth[lane, first], growth[lane, np.maximum(first - 1, 0)]
         with np.errstate(invalid="ignore", divide="ignore"):
-            # From a vanishing multiplier the crossing is put at the unstable point.
+            # From a vanishing multiplier the change is put at the unstable point.
             share = np.where(np.isneginf(below), 1.0, -below / (above - below))
             low, high = self.gain[np.maximum(first - 1, 0)], self.gain[first]
             return np.where(found, low + share * (high - low), np.nan)
