@@ -10,7 +10,7 @@ from scipy.special import mathieu_a, mathieu_b
 
 import lobex
 from cases import LIMIT_TOOLS, milling
-from lobex.limits.contour import Map, contours, on_curve, refined, with_hidden_lines
+from lobex.limits.contour import GrowthMap, contours, on_curve, refined, with_hidden_lines
 from lobex.limits.contour_vertices import along_edge, along_gradient
 from lobex.limits.coverage import waves_per_cell
 
@@ -291,7 +291,7 @@ def ring(x, y):
 @pytest.mark.parametrize("cells", [4, 10])
 def test_a_known_island(cells):
     x, y = np.linspace(-1.5, 1.6, cells + 1), np.linspace(-0.9, 0.8, cells + 1)
-    grid = Map(x, y, ring(*np.meshgrid(x, y, indexing="ij"))[0])
+    grid = GrowthMap(x, y, ring(*np.meshgrid(x, y, indexing="ij"))[0])
     (line,) = contours(grid)
     assert line.closed
     (place, growth, _), lost = refined(grid, on_curve(grid, [line], ring), ring)
@@ -308,7 +308,7 @@ def test_an_island_between_grid_lines_is_found_by_the_slopes():
         return np.abs(x) + y**2 / 10 - 0.1
 
     x, y = np.linspace(-2.5, 2.5, 6), np.linspace(-2.3, 2.4, 8)
-    grid = Map(x, y, ridge(*np.meshgrid(x, y, indexing="ij")))
+    grid = GrowthMap(x, y, ridge(*np.meshgrid(x, y, indexing="ij")))
     assert contours(grid) == []
     (line,) = contours(with_hidden_lines(grid, ridge))
     assert line.closed

@@ -16,7 +16,7 @@ from cases import MILL, ROD, rub
 from lobex._pytree import pytree
 from lobex.characteristic.closed_loop import close
 from lobex.characteristic.function import loop
-from lobex.characteristic.lanes import on_device
+from lobex.characteristic.lanes import placed
 from lobex.characteristic.line import roots_beyond
 from lobex.characteristic.method import CharacteristicRoots, contacts
 from lobex.operators.duhamel import Duhamel
@@ -115,7 +115,7 @@ def test_the_count_is_that_of_the_eigenvalues():
         _, structure, _ = contacts(ROD, speeds, 1.0)
         loops = structure.closed(np.arange(24), gains).at_delay(structure.delay)
         level = loops.rightmost - 0.37
-        count = roots_beyond(loops, on_device(loops.filled()), np.arange(24), level)
+        count = roots_beyond(loops, placed(loops.filled()), np.arange(24), level)
     assert np.all(count.decided)
     moduli = np.abs(lobex.multipliers(ROD, speeds, gains, Duhamel(120)))
     assert np.array_equal(count.roots, np.sum(moduli > np.exp(level)[:, None], axis=1))
@@ -135,7 +135,7 @@ def test_the_count_on_lines_that_begin_between_roots():
         inputs, outputs = np.stack([0 * omega, 1 / omega], axis=1), np.tile([1.0, 0.0], (size, 1))
         feedback = gain[:, None] * outputs
         loops = close(drift, inputs, -feedback, feedback).at_delay(delay)
-        count = roots_beyond(loops, on_device(loops.filled()), np.arange(size), level)
+        count = roots_beyond(loops, placed(loops.filled()), np.arange(size), level)
     right = [
         root_count.roots_beyond(root_count.Feedback([own], [ratio], [1.0], time, stiffness), line)
         for own, ratio, time, stiffness, line in zip(omega, damping, delay, gain, level, strict=True)

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import lobex
-from lobex.characteristic.lanes import on_device
+from lobex.characteristic.lanes import placed
 from lobex.characteristic.method import contacts
 from lobex.characteristic.strips import Strips, roots_over
 from root_count import Feedback, least_limit, polished, roots_beyond
@@ -115,7 +115,7 @@ def test_what_is_counted_for_a_strip_holds_at_all_its_gains():
             closed, opened = made.closed(np.arange(strips), strongest).at_delay(made.delay), made.opened
             poles = np.sum(closed.upper.real > level, axis=0) + np.sum(closed.lower.real > level, axis=0)
             found, known = roots_over(
-                opened, on_device(opened.filled()), Strips(np.arange(strips), level, weakest, strongest), poles
+                opened, placed(opened.filled()), Strips(np.arange(strips), level, weakest, strongest), poles
             )
         for i in np.flatnonzero(known):
             for gain in np.linspace(weakest[i], strongest[i], 4):

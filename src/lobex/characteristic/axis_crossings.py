@@ -10,9 +10,9 @@ import numpy as np
 
 from lobex.characteristic.chunks import in_chunks
 from lobex.characteristic.function import Contact, loop
-from lobex.characteristic.lanes import in_batches, on_device, take
+from lobex.characteristic.lanes import in_few_sizes, placed, take
 from lobex.characteristic.method import contacts
-from lobex.characteristic.nyquist import Places, places
+from lobex.characteristic.nyquist import AxisPlaces, axis_places
 from lobex.characteristic.open_loop import Open, weighted
 from lobex.processes.process import Process
 
@@ -97,22 +97,22 @@ def axis_crossings(process: Process, speeds: np.ndarray, lowest: float, highest:
     )
 
 
-def _one_sign(contact: Contact, opened: Open, most: float) -> tuple[Places, np.ndarray]:
+def _one_sign(contact: Contact, opened: Open, most: float) -> tuple[AxisPlaces, np.ndarray]:
     """The crossings at gains in (0, most], and whether those of a lane are all known, (b,)."""
 
-    def look(index: np.ndarray) -> tuple[Places, np.ndarray]:
-        found, decided = places(take(opened, index), most)
+    def look(index: np.ndarray) -> tuple[AxisPlaces, np.ndarray]:
+        found, decided = axis_places(take(opened, index), most)
         return found._replace(lane=index[found.lane]), decided
 
     found, decided = zip(*in_chunks(look, np.shape(opened.present)[1], _SPEEDS), strict=True)
-    found = Places(*map(np.concatenate, zip(*found, strict=True)))
-    height, gain, moved, rate = in_batches(partial(_polish, on_device(contact.filled())), (found.lane, found.height))
+    found = AxisPlaces(*map(np.concatenate, zip(*found, strict=True)))
+    height, gain, moved, rate = in_few_sizes(partial(_polish, placed(contact.filled())), (found.lane, found.height))
     still = _at_zero(opened, most)
-    polished = Places(found.lane, height, gain, rate, moved)
-    return Places(*map(np.concatenate, zip(polished, still, strict=True))), np.concatenate(decided)
+    polished = AxisPlaces(found.lane, height, gain, rate, moved)
+    return AxisPlaces(*map(np.concatenate, zip(polished, still, strict=True))), np.concatenate(decided)
 
 
-def _at_zero(opened: Open, most: float) -> Places:
+def _at_zero(opened: Open, most: float) -> AxisPlaces:
     """The crossings at 0, where L = −Σ (p + q) H(0) < 0, with the rate from its derivative along the real axis."""
     first, constant, upper, lower = opened.loops
     both, either = (1 / (upper * lower))[:, None], (1 / upper + 1 / lower)[:, None]
@@ -122,7 +122,7 @@ def _at_zero(opened: Open, most: float) -> Places:
     value, slope = -weighted(feedback, response), weighted(opened.delayed, response) - weighted(feedback, steepness)
     lane = np.flatnonzero(-value * most > 1)
     zero = np.zeros(len(lane))
-    return Places(lane, zero, -1 / value[lane], -value[lane] / slope[lane] + 0j, zero)
+    return AxisPlaces(lane, zero, -1 / value[lane], -value[lane] / slope[lane] + 0j, zero)
 
 
 @jax.jit

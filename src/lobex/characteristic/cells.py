@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex.characteristic.closed_loop import Loops
-from lobex.characteristic.function import inverse
+from lobex.characteristic.function import inverted
 
 Array = Any
 
@@ -87,7 +87,7 @@ def bounds_of_mode(mode: Loops, level: Array, middle: Array, half: Array) -> Bou
 
 def value_of_mode(mode: Loops, z: Array) -> Array:
     """M at z."""
-    return (mode.first * z + mode.constant) * inverse((z - mode.upper) * (z - mode.lower))
+    return (mode.first * z + mode.constant) * inverted((z - mode.upper) * (z - mode.lower))
 
 
 def narrow(middle: Array, half: Array) -> Array:

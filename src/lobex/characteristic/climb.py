@@ -13,7 +13,7 @@ import numpy as np
 
 from lobex.characteristic.cells import over_modes
 from lobex.characteristic.closed_loop import Loops
-from lobex.characteristic.lanes import in_batches, on_device, take
+from lobex.characteristic.lanes import in_few_sizes, placed, take
 from lobex.characteristic.line import PLACES, roots_beyond
 from lobex.characteristic.peaks import foremost, highest, moved_poles, peaks
 
@@ -44,7 +44,7 @@ class _Search:
 
     def __init__(self, loops: Loops, guesses: Array | None, apart: float) -> None:
         lanes = np.shape(loops.first)[1]
-        self.loops, self.on_device = loops, on_device(loops.filled())
+        self.loops, self.on_device = loops, placed(loops.filled())
         self.found: Array = np.full((lanes, ROOTS), np.nan + 0j)
         self.distance = np.full(lanes, apart)
         self.low, self.high = np.full(lanes, -np.inf), np.full(lanes, np.inf)
@@ -141,7 +141,7 @@ def newton(loops: Any, lane: Array, start: Array) -> tuple[Array, Array]:
     root, change = start.astype(complex), np.full(len(lane), np.inf)
     left = np.arange(len(lane))
     for _ in range(_ROUNDS_OF_STEPS):
-        root[left], change[left] = in_batches(partial(_newton, loops), (lane[left], root[left]))
+        root[left], change[left] = in_few_sizes(partial(_newton, loops), (lane[left], root[left]))
         with np.errstate(invalid="ignore"):
             left = left[change[left] >= _CONVERGED * (1 + np.abs(root[left]))]
         if not len(left):

@@ -11,8 +11,8 @@ import numpy as np
 from lobex.characteristic.cells import over_modes
 from lobex.characteristic.climb import newton
 from lobex.characteristic.closed_loop import Loops
-from lobex.characteristic.function import decaying, inverse
-from lobex.characteristic.lanes import in_batches, on_device, take
+from lobex.characteristic.function import decaying, inverted
+from lobex.characteristic.lanes import in_few_sizes, placed, take
 from lobex.characteristic.open_loop import Open, weighted
 from lobex.characteristic.peaks import likely_roots
 
@@ -69,7 +69,7 @@ def _begun(loops: Loops) -> Array:
     """The foremost of the roots beside the peaks of |M|, (lanes, r), NaN-filled."""
     starts = likely_roots(loops)
     lane, number = np.nonzero(np.isfinite(starts))
-    found, converged = newton(on_device(loops.filled()), lane, starts[lane, number])
+    found, converged = newton(placed(loops.filled()), lane, starts[lane, number])
     root = np.full(starts.shape, np.nan + 0j)
     root[lane[converged], number[converged]] = found[converged]
     root = np.take_along_axis(root, np.argsort(-real_or_less(root), axis=1), axis=1)
@@ -84,7 +84,7 @@ def _follow_each(there: Open, lane: Array, gains: Array, start: Array) -> Array:
 
     Each step goes along dz/d(log K), and then by Newton's method on log w with w = e^{−z} M.
     """
-    (root,) = in_batches(partial(_follow, there), (lane, gains, start), _SIZE)
+    (root,) = in_few_sizes(partial(_follow, there), (lane, gains, start), _SIZE)
     return root
 
 
@@ -97,7 +97,7 @@ def _follow(opened: Open, lane: Array, gains: Array, start: Array) -> tuple[Arra
 
         def term(mode: Loops) -> Any:
             left, right = z - mode.upper, z - mode.lower
-            both = inverse(left * right)
+            both = inverted(left * right)
             values = [(one.first * z + one.constant) * both for one in mode.each()]
             turned = both * (left + right)
             return values, [one.first * both - value * turned for one, value in zip(mode.each(), values, strict=True)]
@@ -106,12 +106,12 @@ def _follow(opened: Open, lane: Array, gains: Array, start: Array) -> tuple[Arra
         (now, now_slope), (before, slope) = (
             [weighted(part, values) for values in sums] for part in (mine.present, mine.delayed)
         )
-        rest = inverse(reciprocal - now)
+        rest = inverted(reciprocal - now)
         w = decaying(z) * before * rest
         share = reciprocal * rest
-        against = inverse(1 - slope * inverse(before) - now_slope * rest)
+        against = inverted(1 - slope * inverted(before) - now_slope * rest)
         # log w to third order at 1.
-        away = 2 * (w - 1) * inverse(w + 1)
+        away = 2 * (w - 1) * inverted(w + 1)
         step = away * against
         size = jnp.abs(step)
         return step / jnp.maximum(size, 1.0), share * against, jnp.maximum(size, jnp.abs(away))

@@ -125,7 +125,7 @@ def response(contact: Contact, z: Array) -> Response:
     def add(sums: Response, block: tuple[Array, ...]) -> tuple[Response, None]:
         denominator = jnp.concatenate([block[1], jnp.ones_like(block[1][:1])])
         bottom, bottom_slope = _polynomial(denominator, z)
-        flipped = inverse(bottom)
+        flipped = inverted(bottom)
         ratio = bottom_slope * flipped
         # Next to a pole the terms of the denominator take each other away.
         doubt = jnp.abs(flipped) * _polynomial(block[2], size)[0]
@@ -155,7 +155,7 @@ def _polynomial(coefficients: Array, z: Array) -> tuple[Array, Array]:
     return value, slope
 
 
-def inverse(z: Array) -> Array:
+def inverted(z: Array) -> Array:
     """1/z without the scaling that guards against overflow, which takes longer than all the rest."""
     return z.conj() * (1 / (jnp.square(z.real) + jnp.square(z.imag)))
 

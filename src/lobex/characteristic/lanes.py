@@ -15,7 +15,7 @@ _SIZES = (512, 4096)
 _FEW = 4
 
 
-def in_batches(function: Any, arrays: tuple[Array, ...], sizes: tuple[int, ...] = _SIZES) -> tuple[Array, ...]:
+def in_few_sizes(function: Any, arrays: tuple[Array, ...], sizes: tuple[int, ...] = _SIZES) -> tuple[Array, ...]:
     """``function(*arrays)`` over the first axis, (k, …), as NumPy arrays: the last batch is filled up with repeats.
 
     A function that is compiled for one size alone names it.
@@ -39,7 +39,7 @@ def take(lanes: Any, index: Array) -> Any:
     return jax.tree.map(lambda a: a[..., index], lanes)
 
 
-def on_device(lanes: Any) -> Any:
+def placed(lanes: Any) -> Any:
     """A tree of lanes where it is computed with, filled up to whole ``LANES`` so that its shapes are few."""
 
     def filled(part: Array) -> Array:

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex.characteristic.function import Contact, response
-from lobex.characteristic.lanes import in_batches, on_device, take
+from lobex.characteristic.lanes import in_few_sizes, placed, take
 from lobex.characteristic.open_loop import weighted
 
 Array = Any
@@ -23,7 +23,7 @@ def polish(contact: Contact, lane: Array, gain: Array, root: Array) -> tuple[Arr
 
     What is a root at every gain, since the contact does not see it, is left as it is.
     """
-    better, error, stays = in_batches(partial(_polish, on_device(contact.filled())), (lane, gain, root))
+    better, error, stays = in_few_sizes(partial(_polish, placed(contact.filled())), (lane, gain, root))
     still = stays | ~np.isfinite(better) | ~(np.abs(better - root) < 1e-6 * (1 + np.abs(root)))
     better = np.where(still, root, better)
     error = np.where(still, _ULPS * np.finfo(float).eps * _largest_pole(contact)[lane], error)

@@ -16,7 +16,7 @@ import numpy as np
 
 from lobex.characteristic.cells import Cells, bounds_of_mode, decide, first_cells, narrow, over_modes, value_of_mode
 from lobex.characteristic.closed_loop import Loops
-from lobex.characteristic.lanes import in_batches, take
+from lobex.characteristic.lanes import in_few_sizes, take
 
 Array = Any
 
@@ -53,17 +53,17 @@ def roots_beyond(loops: Loops, on_device: Any, lane: Array, level: Array) -> Cou
     # Half of the line says what the other does, but for its middle.
     with np.errstate(all="ignore"):
         size = np.exp(-level)
-        beyond_one = response(mine, level + 0j).real * size > 1
+        beyond_one = response_of_loops(mine, level + 0j).real * size > 1
     number = number - beyond_one
     found: list[tuple[Array, ...]] = []
 
     def look(cells: Cells) -> Array:
         arrays = lane[cells.line], level[cells.line], size[cells.line], cells.low, cells.high
-        code, turn, height = in_batches(partial(_look, on_device), arrays)
+        code, turn, height = in_few_sizes(partial(_look, on_device), arrays)
         loud = np.nonzero(code == _LOUD)
         if len(loud[0]):
             line, low, high = cells.at(*loud)
-            (passed,) = in_batches(partial(_passed, on_device), (lane[line], level[line], low, high))
+            (passed,) = in_few_sizes(partial(_passed, on_device), (lane[line], level[line], low, high))
             np.add.at(number, line, 2 * passed)
             hit = np.flatnonzero(passed)
             line, low, high = line[hit], low[hit], high[hit]
@@ -76,7 +76,7 @@ def roots_beyond(loops: Loops, on_device: Any, lane: Array, level: Array) -> Cou
     return Count(number, decided, _places(found, level, beyond_one))
 
 
-def response(loops: Loops, z: Array) -> Array:
+def response_of_loops(loops: Loops, z: Array) -> Array:
     """M at z, (lanes,)."""
     with np.errstate(all="ignore"):
         return np.sum((loops.first * z + loops.constant) / ((z - loops.upper) * (z - loops.lower)), axis=0)

@@ -12,7 +12,7 @@ import numpy as np
 from lobex.characteristic.climb import climb
 from lobex.characteristic.closed_loop import Loops
 from lobex.characteristic.follow import followed, real_or_less
-from lobex.characteristic.lanes import on_device
+from lobex.characteristic.lanes import placed
 from lobex.characteristic.open_loop import Open
 from lobex.characteristic.strips import Strips, roots_over
 
@@ -37,7 +37,7 @@ def loci(opened: Open, closed: Callable[[Array, Array], Loops], gains: Array) ->
         gains: K.
     """
     lanes, count = np.shape(opened.present)[1], len(gains)
-    there = on_device(opened.filled())
+    there = placed(opened.filled())
     hand = followed(there, lanes, closed, gains)
     proven = np.zeros((lanes, count), dtype=bool)
     for width in _WIDTHS:

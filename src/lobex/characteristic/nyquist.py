@@ -15,7 +15,7 @@ import numpy as np
 
 from lobex.characteristic.cells import Bounds, Cells, bounds_of_mode, decide, first_cells, narrow, over_modes
 from lobex.characteristic.closed_loop import Loops
-from lobex.characteristic.lanes import in_batches, on_device, take
+from lobex.characteristic.lanes import in_few_sizes, placed, take
 from lobex.characteristic.open_loop import Open, weighted
 
 Array = Any
@@ -23,7 +23,7 @@ Array = Any
 _STEPS = 8
 
 
-class Places(NamedTuple):
+class AxisPlaces(NamedTuple):
     """Where L(jy) is real and negative, y > 0, each (e,).
 
     Attributes:
@@ -41,26 +41,26 @@ class Places(NamedTuple):
     moved: Array
 
 
-def places(feedback: Open, largest: float) -> tuple[Places, Array]:
+def axis_places(feedback: Open, largest: float) -> tuple[AxisPlaces, Array]:
     """The places with K up to ``largest``, and whether those of a lane are all known, (b,)."""
     lanes = np.shape(feedback.present)[1]
     found: list[tuple[Array, Array, Array]] = []
-    there = on_device(feedback.filled())
+    there = placed(feedback.filled())
     level = np.zeros(lanes)
 
     def look(cells: Cells) -> Array:
         index = np.full(len(cells.line), largest), *cells
-        split, crossed = in_batches(partial(_crossed, there), index)
+        split, crossed = in_few_sizes(partial(_crossed, there), index)
         found.append(cells.at(*np.nonzero(crossed)))
         return split
 
     least = np.full(lanes, 1 / largest)
     decided = decide(first_cells(feedback.bounding(np.ones(lanes)), level, least), look, lanes)
     lane, low, high = map(np.concatenate, zip(*found, strict=True))
-    height, gain, rate, moved, good = in_batches(partial(_place, there), (lane, low, high))
+    height, gain, rate, moved, good = in_few_sizes(partial(_place, there), (lane, low, high))
     decided[lane[~good]] = False
     kept = good & (gain <= largest)
-    return Places(*(part[kept] for part in (lane, height, gain, rate, moved))), decided
+    return AxisPlaces(*(part[kept] for part in (lane, height, gain, rate, moved))), decided
 
 
 def _responses_of_mode(mode: Loops, y: Array) -> list[list[Array]]:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from lobex.characteristic.closed_loop import Loops
-from lobex.characteristic.line import response
+from lobex.characteristic.line import response_of_loops
 
 Array = Any
 
@@ -35,7 +35,7 @@ def peaks(loops: Loops, modes: Array) -> Array:
     level = loops.rightmost + np.full(np.shape(modes), 0.1)
     for _ in range(_ROUNDS):
         with np.errstate(divide="ignore"):
-            size = np.stack([np.log(np.abs(response(loops, z))) for z in level + 1j * height])
+            size = np.stack([np.log(np.abs(response_of_loops(loops, z))) for z in level + 1j * height])
         level = np.maximum((level + size) / 2, loops.rightmost + _NEAREST)
     return level
 
@@ -72,7 +72,7 @@ def likely_roots(loops: Loops) -> Array:
     for x, pole, move in zip(level, *(a[: len(level)] for a in moved_poles(loops, modes)), strict=True):
         with np.errstate(all="ignore"):
             still = np.abs(move) < _HARDLY
-            phase = np.angle(response(loops, x + 1j * pole.imag)) - pole.imag
+            phase = np.angle(response_of_loops(loops, x + 1j * pole.imag)) - pole.imag
             phase = phase - 2 * np.pi * np.round(phase / (2 * np.pi))
             # M turns as beside a pole alone, and e^{−z} turns by the height.
             turning = 1 + 1 / (x - pole.real)

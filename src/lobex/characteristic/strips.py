@@ -18,7 +18,7 @@ import numpy as np
 from lobex.characteristic.cells import Cells, bounds_of_mode, decide, first_cells, over_modes, value_of_mode
 from lobex.characteristic.closed_loop import Loops
 from lobex.characteristic.function import decaying
-from lobex.characteristic.lanes import in_batches, take
+from lobex.characteristic.lanes import in_few_sizes, take
 from lobex.characteristic.open_loop import Open, weighted
 
 Array = Any
@@ -60,12 +60,12 @@ def roots_over(opened: Open, on_device: Open, strips: Strips, poles: Array) -> t
     def look(cells: Cells) -> Array:
         line = cells.line
         arrays = lane[line], level[line], low[line], high[line], cells.low, cells.high
-        (code,) = in_batches(partial(_look, on_device), arrays, _SIZE)
+        (code,) = in_few_sizes(partial(_look, on_device), arrays, _SIZE)
         turning = np.nonzero(code >= _LOUD)
         if len(turning[0]):
             line, begin, end = cells.at(*turning)
             arrays = lane[line], level[line], low[line], begin, end, code[turning] == _LOUD
-            (passed,) = in_batches(partial(_passed, on_device), arrays, _SIZE)
+            (passed,) = in_few_sizes(partial(_passed, on_device), arrays, _SIZE)
             np.add.at(number, line, 2 * passed)
         return code == _SPLIT
 

@@ -5,8 +5,8 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 
-from lobex.limits.curve import Curve
 from lobex.limits.phase import half_turn_rate, half_turns
+from lobex.limits.receptance_curve import ReceptanceCurve
 from lobex.limits.roots import bracketed_root
 from lobex.limits.sections import on_boundary
 from lobex.limits.stretches import Stretches
@@ -17,7 +17,7 @@ Array = Any
 _SPARE = 1.1
 
 
-def above(curve: Curve, stretches: Stretches, speed: Array, gain: Array) -> tuple[Stretches, Array]:
+def above(curve: ReceptanceCurve, stretches: Stretches, speed: Array, gain: Array) -> tuple[Stretches, Array]:
     """The stretches with their parts of lower gain cut off, and whether no root is to the right at ``gain``.
 
     Every frequency with a lobe's phase and a lower gain has let a pair of roots pass, to the right where the phase

@@ -16,7 +16,7 @@ from lobex.grids.choice import AUTO, AnyMethod, Auto, operator_of, tolerance_of
 from lobex.grids.evaluation import dominant_at_points
 from lobex.grids.refinement import enough_nodes
 from lobex.grids.sweep import SweepWarning, sweep
-from lobex.limits.contour import Map, contours, doubled, on_curve, refined, with_hidden_lines
+from lobex.limits.contour import GrowthMap, contours, doubled, on_curve, refined, with_hidden_lines
 from lobex.limits.contour_vertices import Evaluation
 from lobex.limits.coverage import MOST_WAVES, waves_per_cell
 from lobex.limits.growth import growth_and_gradient
@@ -150,7 +150,7 @@ def _of_fixed_size(method: AnyMethod, process: Process, chart: Chart) -> Method:
     operator = operator_of(method)
     if not isinstance(operator, Duhamel) or operator.nodes is not None:
         return operator
-    lines = contours(Map(chart.speed, chart.gain, _log(chart.multiplier)))
+    lines = contours(GrowthMap(chart.speed, chart.gain, _log(chart.multiplier)))
     if not lines:
         return replace(operator, nodes=operator.count)
     at = np.concatenate([line.place for line in lines])
@@ -167,7 +167,7 @@ def _trace(process: Process, method: Method, chart: Chart) -> tuple[tuple[Bounda
     def sample(speed: np.ndarray, gain: np.ndarray) -> np.ndarray:
         return _log(dominant_at_points(process, speed, gain, method).multiplier)
 
-    grid = with_hidden_lines(Map(chart.speed, chart.gain, _log(chart.multiplier)), sample)
+    grid = with_hidden_lines(GrowthMap(chart.speed, chart.gain, _log(chart.multiplier)), sample)
     evaluate = _evaluation(process, method)
     lines = contours(grid)
     traced = on_curve(grid, lines, evaluate)

@@ -18,7 +18,7 @@ _HIDDEN_ROUNDS = 3
 _POLISHED = 1e-8
 
 
-class Map(NamedTuple):
+class GrowthMap(NamedTuple):
     """log max|μ| over a grid: speeds (n,), gains (m,), growth (n, m) with NaN where a point failed."""
 
     speed: np.ndarray
@@ -33,7 +33,7 @@ class Line(NamedTuple):
     closed: bool
 
 
-def contours(grid: Map) -> list[Line]:
+def contours(grid: GrowthMap) -> list[Line]:
     """The lines of growth 0 of a map, by linear interpolation on its grid lines."""
     growth = np.ma.masked_invalid(grid.growth.T)
     made = contour_generator(grid.speed, grid.gain, growth, name="serial", line_type=LineType.Separate)
@@ -41,7 +41,7 @@ def contours(grid: Map) -> list[Line]:
     return [Line(line, bool(np.all(line[0] == line[-1]))) for line in lines if len(line) > 1]
 
 
-def with_hidden_lines(grid: Map, sample: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Map:
+def with_hidden_lines(grid: GrowthMap, sample: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> GrowthMap:
     """The map with grid lines added through pairs of sign changes that hide between two grid points."""
     for _ in range(_HIDDEN_ROUNDS):
         speeds = np.union1d(grid.speed, _hidden(grid.speed, grid.gain, grid.growth.T, sample))
@@ -71,7 +71,7 @@ def _hidden(
     return place[order][first]
 
 
-def doubled(grid: Map, places: np.ndarray, sample: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Map:
+def doubled(grid: GrowthMap, places: np.ndarray, sample: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> GrowthMap:
     """The map with grid lines added through the middles of the cells in which ``places``, (p, 2), lie."""
     speed, gain = (_middles(axis, places[:, k]) for k, axis in enumerate((grid.speed, grid.gain)))
     return _with_lines(grid, speed, gain, sample)
@@ -83,14 +83,14 @@ def _middles(axis: np.ndarray, place: np.ndarray) -> np.ndarray:
 
 
 def _with_lines(
-    grid: Map, speed: np.ndarray, gain: np.ndarray, sample: Callable[[np.ndarray, np.ndarray], np.ndarray]
-) -> Map:
+    grid: GrowthMap, speed: np.ndarray, gain: np.ndarray, sample: Callable[[np.ndarray, np.ndarray], np.ndarray]
+) -> GrowthMap:
     speeds, gains = np.union1d(grid.speed, speed), np.union1d(grid.gain, gain)
     growth = np.full((len(speeds), len(gains)), np.inf)
     growth[np.ix_(np.searchsorted(speeds, grid.speed), np.searchsorted(gains, grid.gain))] = grid.growth
     wanted = np.nonzero(np.isposinf(growth))
     growth[wanted] = sample(speeds[wanted[0]], gains[wanted[1]])
-    return Map(speeds, gains, growth)
+    return GrowthMap(speeds, gains, growth)
 
 
 class Traced(NamedTuple):
@@ -101,7 +101,7 @@ class Traced(NamedTuple):
     number: np.ndarray
 
 
-def on_curve(grid: Map, lines: list[Line], evaluate: Evaluation) -> Traced:
+def on_curve(grid: GrowthMap, lines: list[Line], evaluate: Evaluation) -> Traced:
     """The lines with all vertices moved onto the curve."""
     number = np.repeat(np.arange(len(lines)), [len(line.place) for line in lines])
     if not lines:
@@ -113,7 +113,7 @@ def on_curve(grid: Map, lines: list[Line], evaluate: Evaluation) -> Traced:
     return Traced(place, growth, number)
 
 
-def refined(grid: Map, traced: Traced, evaluate: Evaluation, rounds: int = _ROUNDS) -> tuple[Traced, np.ndarray]:
+def refined(grid: GrowthMap, traced: Traced, evaluate: Evaluation, rounds: int = _ROUNDS) -> tuple[Traced, np.ndarray]:
     """More vertices where chords leave the curve; and the middles of chords that do not lead along it, (q, 2)."""
     place, growth, number = traced
     fresh, lost = np.ones(len(place), dtype=bool), np.empty((0, 2))
@@ -138,7 +138,7 @@ def refined(grid: Map, traced: Traced, evaluate: Evaluation, rounds: int = _ROUN
     return Traced(place, growth, number), lost
 
 
-def _polished(grid: Map, place: np.ndarray, evaluate: Evaluation) -> tuple[np.ndarray, np.ndarray]:
+def _polished(grid: GrowthMap, place: np.ndarray, evaluate: Evaluation) -> tuple[np.ndarray, np.ndarray]:
     """The vertices of contour lines moved onto the curve, and the growth left."""
     # A vertex on the border of the map stays there.
     border = np.column_stack([np.isin(place[:, 0], grid.speed[[0, -1]]), np.isin(place[:, 1], grid.gain[[0, -1]])])
@@ -154,7 +154,7 @@ def _polished(grid: Map, place: np.ndarray, evaluate: Evaluation) -> tuple[np.nd
     return moved, growth
 
 
-def _edges(grid: Map, place: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:
+def _edges(grid: GrowthMap, place: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, np.ndarray]]:
     """The grid edge that each vertex of a contour lies on: its ends, and the growth there."""
     axes = (grid.speed, grid.gain)
     nearest = [np.argmin(np.abs(axis[:, None] - place[:, k]), axis=0) for k, axis in enumerate(axes)]
@@ -167,7 +167,7 @@ def _edges(grid: Map, place: np.ndarray) -> tuple[np.ndarray, np.ndarray, tuple[
     return first, last, (grid.growth[i], grid.growth[j])
 
 
-def _cell(grid: Map, place: np.ndarray) -> np.ndarray:
+def _cell(grid: GrowthMap, place: np.ndarray) -> np.ndarray:
     """Width and height of the cell around each place, (p, 2)."""
     sizes = []
     for k, axis in enumerate((grid.speed, grid.gain)):
@@ -180,6 +180,6 @@ def _lower(axis: np.ndarray, place: np.ndarray) -> np.ndarray:
     return np.clip(np.searchsorted(axis, place) - 1, 0, len(axis) - 2)
 
 
-def _within(grid: Map, place: np.ndarray) -> np.ndarray:
+def _within(grid: GrowthMap, place: np.ndarray) -> np.ndarray:
     low, high = np.array([grid.speed[0], grid.gain[0]]), np.array([grid.speed[-1], grid.gain[-1]])
     return np.all((place >= low) & (place <= high), axis=1)

@@ -22,12 +22,12 @@ from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex.limits.above import above
 from lobex.limits.closed_form import Regeneration, closed_form
-from lobex.limits.curve import Curve
 from lobex.limits.lobe_search import LobePoint, lowest_lobe_point
 from lobex.limits.modal_curve import ModalCurve
 from lobex.limits.phase import half_turns, phase
 from lobex.limits.receptance import Receptance, SampledCurve, receptance
-from lobex.limits.sections import as_complex, on_boundary, sections_of
+from lobex.limits.receptance_curve import ReceptanceCurve
+from lobex.limits.sections import from_parts, on_boundary, sections_of
 from lobex.limits.stretches import Stretches, stretches
 from lobex.processes.process import Process, check_speed
 from lobex.structures.modes import Modes
@@ -174,13 +174,13 @@ def regeneration_of(source: Any) -> Regeneration:
     raise ValueError(f"process = {type(source).__name__} has no exact limit by D-subdivision: it {why}")
 
 
-def _curve(source: Regeneration) -> Curve:
+def _curve(source: Regeneration) -> ReceptanceCurve:
     """Its receptance."""
     part = source.receptance
     return SampledCurve(part) if isinstance(part, Receptance) else ModalCurve(part)
 
 
-def _gain(curve: Curve, row: Array, offset: Array) -> Array:
+def _gain(curve: ReceptanceCurve, row: Array, offset: Array) -> Array:
     gain = on_boundary(curve.at(row, offset)[0].real)
     # At the pole of an undamped mode: exactly zero, with the derivative by damping that it has.
     return gain - jnp.where(curve.undamped_at(row, offset), jax.lax.stop_gradient(gain), 0.0)
@@ -193,7 +193,7 @@ def _branches(source: Regeneration, omega: Array, lobes: int) -> tuple[Array, Ar
     response = receptance(source.receptance, omega)
     there = response.real < 0
     real = lib.where(there, response.real, -1.0)
-    speed = _lobe_speeds(as_complex(real, response.imag), omega, lobes)
+    speed = _lobe_speeds(from_parts(real, response.imag), omega, lobes)
     return lib.where(there, on_boundary(real) / source.stiffness, lib.nan), lib.where(there, speed, lib.nan)
 
 
@@ -252,7 +252,7 @@ def _limits(
     return jax.vmap(point)(speed)
 
 
-def _follow(curve: Curve, speed: Array, found: LobePoint) -> Array:
+def _follow(curve: ReceptanceCurve, speed: Array, found: LobePoint) -> Array:
     """The root's offset as a function of speed and curve: two Newton steps, exact to the second derivative."""
     offset, level = found.offset, jax.lax.stop_gradient(phase(curve, speed, found.row, found.offset)[0])
     for _ in range(2):

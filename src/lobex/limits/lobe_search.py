@@ -5,8 +5,8 @@ from typing import Any, NamedTuple, cast
 import jax
 import jax.numpy as jnp
 
-from lobex.limits.curve import Curve
 from lobex.limits.phase import phase
+from lobex.limits.receptance_curve import ReceptanceCurve
 from lobex.limits.roots import bracketed_root
 from lobex.limits.sections import on_boundary
 from lobex.limits.stretches import Stretches
@@ -28,7 +28,7 @@ class LobePoint(NamedTuple):
     tie: Array
 
 
-def lowest_lobe_point(curve: Curve, stretches: Stretches, speed: Array) -> LobePoint:
+def lowest_lobe_point(curve: ReceptanceCurve, stretches: Stretches, speed: Array) -> LobePoint:
     """The point of lowest gain at a scalar speed.
 
     Stretches come in the order of their least gain. Those that hold a point of a lobe, by the phases at their ends and
@@ -111,7 +111,7 @@ def _gain(real: Array, there: Array) -> Array:
     return on_boundary(safe)
 
 
-def _better(curve: Curve, best: LobePoint, new: LobePoint) -> LobePoint:
+def _better(curve: ReceptanceCurve, best: LobePoint, new: LobePoint) -> LobePoint:
     lower = new.gain < best.gain
     smaller, larger = jnp.minimum(best.gain, new.gain), jnp.maximum(best.gain, new.gain)
     close = (larger <= smaller * (1 + _TIE)) & (larger < jnp.inf)

@@ -6,7 +6,7 @@ import jax
 import numpy as np
 
 from lobex._namespace import namespace
-from lobex.limits.curve import clustered
+from lobex.limits.receptance_curve import clustered
 from lobex.limits.sections import Sections, modal_response
 
 Array = Any

@@ -6,7 +6,7 @@ import jax
 import jax.numpy as jnp
 
 from lobex._namespace import namespace
-from lobex.limits.curve import Curve
+from lobex.limits.receptance_curve import ReceptanceCurve
 
 Array = Any
 
@@ -27,7 +27,7 @@ def half_turn_bend(response: Array, slope: Array, bend: Array) -> Array:
     return -(bend / response - (slope / response) ** 2).imag / jnp.pi
 
 
-def phase(curve: Curve, speed: Array, row: Array, offset: Array) -> tuple[Array, Array, Array]:
+def phase(curve: ReceptanceCurve, speed: Array, row: Array, offset: Array) -> tuple[Array, Array, Array]:
     """(ωτ − 2 arg G)/2π − 1/2, a lobe number where one passes, less the whole turns at the row's anchor; ′ and ″."""
     rate = 1 / (2 * jnp.pi * speed)
     response, slope, bend = curve.at(row, offset)

@@ -49,20 +49,20 @@ def modal_response(sections: Sections, distance: Array, omega: Array) -> tuple[A
     angular_frequency, weight = map(lib.asarray, (sections.angular_frequency, sections.weight))
     damping = 2 * lib.asarray(sections.damping_ratio) * angular_frequency
     omega = omega[..., None]
-    inverse = 1 / as_complex(distance * (angular_frequency + omega), damping * omega)
-    ratio = as_complex(-2 * omega, damping) * inverse
+    inverse = 1 / from_parts(distance * (angular_frequency + omega), damping * omega)
+    ratio = from_parts(-2 * omega, damping) * inverse
     terms = (inverse, -inverse * ratio, 2 * inverse * (ratio**2 + inverse))
     parts: list[Array] = [weight * term for term in terms]
     if sections.rate is not None:
         # (β + jαω)/D, whose numerator has the slope jα.
-        steep = as_complex(lib.zeros_like(damping), lib.asarray(sections.rate))
+        steep = from_parts(lib.zeros_like(damping), lib.asarray(sections.rate))
         further = (0.0, terms[0], 2 * terms[1])
         parts = [part + steep * (omega * term + more) for part, term, more in zip(parts, terms, further, strict=True)]
     response, slope, bend = (lib.sum(part, axis=-1) for part in parts)
     return response, slope, bend
 
 
-def as_complex(real: Array, imaginary: Array) -> Array:
+def from_parts(real: Array, imaginary: Array) -> Array:
     """A complex number from its parts, which broadcast."""
     if namespace(real, imaginary) is np:
         return real + 1j * imaginary

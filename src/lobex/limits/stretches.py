@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 
-from lobex.limits.curve import Curve, clustered
 from lobex.limits.phase import half_turn_bend, half_turn_rate, half_turns
+from lobex.limits.receptance_curve import ReceptanceCurve, clustered
 from lobex.limits.sections import on_boundary
 
 Array = Any
@@ -39,7 +39,7 @@ class Stretches(NamedTuple):
     gain: Array
 
 
-def stretches(curve: Curve) -> Stretches:
+def stretches(curve: ReceptanceCurve) -> Stretches:
     """The stretches of a curve: its grid, cut at the zeros of Re G and at the extrema of Re G and d arg G/dω."""
     row, offset = curve.grid()
     zero_row, zero, width = _zeros(curve, row, offset, _real_part)
@@ -57,7 +57,7 @@ def stretches(curve: Curve) -> Stretches:
     return _ordered(curve, row, offset)
 
 
-def _ordered(curve: Curve, row: Array, offset: Array) -> Stretches:
+def _ordered(curve: ReceptanceCurve, row: Array, offset: Array) -> Stretches:
     response, slope, _ = curve.at(row, offset)
     middle, _, _ = curve.at(row[1:], (offset[1:] + offset[:-1]) / 2)
     present = (row[1:] == row[:-1]) & (offset[1:] > offset[:-1]) & (middle.real < 0)
@@ -80,7 +80,7 @@ def _ordered(curve: Curve, row: Array, offset: Array) -> Stretches:
 
 
 def _zeros(
-    curve: Curve, row: Array, offset: Array, function: Callable[[Array, Array, Array], Array]
+    curve: ReceptanceCurve, row: Array, offset: Array, function: Callable[[Array, Array, Array], Array]
 ) -> tuple[Array, Array, Array]:
     """Row, offset and interval width of the zeros of a function of (G, G′, G″); repeats of a grid point for none."""
     sign = jnp.sign(function(*curve.at(row, offset)))

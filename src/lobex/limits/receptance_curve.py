@@ -7,7 +7,7 @@ from lobex._namespace import namespace
 Array = Any
 
 
-class Curve(Protocol):
+class ReceptanceCurve(Protocol):
     """G along the frequency axis, in rows: a frequency is an anchor, ω of its row, plus an offset.
 
     Offsets keep their digits beside a resonance much sharper than the rounding of ω.
