@@ -176,7 +176,7 @@ def parts_of_a_turn(share, speed, gain):
 
 
 def a_turn_ago(more, t, speed, gain):
-    return (1 + more * (speed - 0.5)) / speed
+    return (1 + more * (speed - 0.5) * (1 - speed)) / speed
 
 
 def hayes(a, more=0.0):
@@ -259,39 +259,12 @@ def test_a_saved_chart_names_its_functions_and_does_not_make_them_again(tmp_path
 
 
 @pytest.mark.parametrize("more", [1e-3, -1e-3])
-def test_a_delay_that_leaves_its_range_is_no_number_and_counted(more):
+def test_a_delay_that_leaves_its_range_between_the_ends_is_no_number_and_counted(more):
     process = replace(hayes(-1.0), delayed=hayes(-1.0, more).delayed)
-    with pytest.warns(lobex.SweepWarning, match="5 of 10 points failed and are NaN"):
-        chart = lobex.sweep(process, SPEEDS, GAINS)
+    with pytest.warns(lobex.SweepWarning, match="5 of 15 points failed and are NaN"):
+        chart = lobex.sweep(process, [0.5, 0.75, 1.0], GAINS)
     assert np.isnan(chart.spectral_radius[1]).all()
-    assert not np.isnan(chart.spectral_radius[0]).any()
-
-
-def none_at(share):
-    def delay(t, speed, gain):
-        return jnp.where(t > share, jnp.nan, 0.8)
-
-    return delay
-
-
-@pytest.mark.parametrize(
-    ("changed", "message"),
-    [
-        ({"delayed": [(0.5, none_at(0.5))]}, r"the delay of delayed\[0\] = .* has NaN or infinite values"),
-        ({"delayed": [(0.5, lambda t, speed, gain: jnp.cos(t))]}, r"the delay of delayed\[0\] = .* must be positive"),
-        ({"delayed": [(0.5, 1.0), (0.5, lambda t, speed, gain: -0.5 * speed)]}, r"delayed\[1\] = -0.5 must be pos"),
-        ({"delayed": [(0.5, lambda t, speed, gain: jnp.nan * speed)]}, r"the delay of delayed\[0\] = nan has NaN"),
-        ({"period": lambda speed, gain: 0.0 * speed}, "period = 0 must be positive; give seconds above 0|period = 0"),
-        ({"period": lambda speed, gain: jnp.nan * speed}, "period = nan has NaN"),
-    ],
-)
-def test_delays_and_periods_that_are_none_somewhere_are_one_line_before_any_computing(changed, message):
-    given = {"drift": -1.0, "delayed": [(0.5, 1.0)], "period": 2.0, "delay_range": (0.1, 0.5)}
-    process = lobex.LinearDelay(**given | changed)
-    for verb in (lobex.sweep, lobex.spectral_radius):
-        with pytest.raises(ValueError, match=message) as caught:
-            verb(process, [1.0], [1.0])
-        assert "\n" not in str(caught.value)
+    assert not np.isnan(chart.spectral_radius[[0, 2]]).any()
 
 
 def of_time(t, speed, gain):

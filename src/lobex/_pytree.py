@@ -54,8 +54,8 @@ def check_pytree(name: str, value: Any) -> None:
             f"{name} = {_checks.brief(value)} is unknown to JAX; make its class a frozen dataclass, and register it "
             "by @jax.tree_util.register_dataclass"
         )
-    for path, leaf in jax.tree_util.tree_flatten_with_path(value, is_leaf=_is_measured)[0]:
-        if _is_measured(leaf):
+    for path, leaf in jax.tree_util.tree_flatten_with_path(value, is_leaf=is_measured)[0]:
+        if is_measured(leaf):
             continue
         if not isinstance(leaf, int | float | complex | np.ndarray | np.generic | jax.Array):
             raise ValueError(
@@ -69,5 +69,6 @@ def check_pytree(name: str, value: Any) -> None:
             )
 
 
-def _is_measured(node: Any) -> bool:
+def is_measured(node: Any) -> bool:
+    """Whether it is a measured response, in whose place there are no equations."""
     return hasattr(node, "response")

@@ -17,6 +17,7 @@ from lobex.grids.evaluation import dominant_at_points
 from lobex.grids.resolution import oddities
 from lobex.operators.duhamel import Duhamel
 from lobex.operators.operator import Method, check_method
+from lobex.processes.declared import check_system
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_gain, check_process, check_speed, lanes_shape
 
@@ -102,6 +103,7 @@ def _checked(process: Any, speed: Any, gain: Any, method: Any) -> tuple[Array, A
     check_gain(process, gain)
     speed, gain = (_checks.as_array(value) for value in (speed, gain))
     lanes_shape(speed, gain)
+    check_system(process, speed, gain)
     warn_of_implausible(process, speed, gain)
     return speed, gain
 

@@ -1,21 +1,15 @@
 """Whether a method's samples can follow a grid of speeds, asked before any computing."""
 
-from typing import Any
-
-import jax
-import jax.numpy as jnp
 import numpy as np
 
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.operators.operator import Method
+from lobex.processes.declared import largest_force
 from lobex.processes.process import Process
 from lobex.systems.system import DelaySystem
 
-Array = Any
-
 # Beyond, rounding of an angle is no longer small beside a turn.
 _MOST_RADIANS = 1e14
-_PHASES = 32
 
 
 def oddities(process: Process, method: Method | CharacteristicRoots, slowest: float, largest_gain: float) -> list[str]:
@@ -28,9 +22,7 @@ def oddities(process: Process, method: Method | CharacteristicRoots, slowest: fl
     blocks = np.asarray(system.blocks)
     if not np.isfinite(blocks).all():
         return []
-    phases = np.arange(1 if system.constant else _PHASES) / _PHASES
-    force = float(_largest_force(process, slowest, largest_gain, phases))
-    radians = _fastest(system, force) * float(np.asarray(system.period))
+    radians = _fastest(system, largest_force(process, slowest, largest_gain)) * float(np.asarray(system.period))
     if radians > _MOST_RADIANS:
         raise ValueError(
             f"speed = {slowest:.6g} Hz: up to gain = {largest_gain:.6g} the model moves through {radians:.3g} rad per "
@@ -54,10 +46,3 @@ def _fastest(system: DelaySystem, force: float) -> float:
     seen = np.concatenate([outputs, np.asarray(system.recalled)], axis=1)
     at_once, by_inertia = (float(np.sum(np.abs(seen @ part))) for part in (inputs, blocks @ inputs))
     return float(np.max(np.abs(np.linalg.eigvals(blocks)))) + force * at_once + np.sqrt(force * by_inertia)
-
-
-@jax.jit
-def _largest_force(process: Process, speed: Array, gain: Array, phases: Array) -> Array:
-    """Per unit of output, now and remembered, at any of the phases."""
-    forces = process.system(speed, gain).at(phases)
-    return jnp.max(sum(jnp.linalg.norm(part, axis=(1, 2)) for part in (forces.present, *forces.delayed)))

@@ -13,6 +13,7 @@ from lobex._warnings import SweepWarning
 from lobex.grids.choice import AUTO, AnyMethod, check_any_method, chosen_method, tolerance_of
 from lobex.grids.evaluation import dominant_over_grid
 from lobex.grids.resolution import oddities
+from lobex.processes.declared import check_system
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_gain, check_process, check_speed
 from lobex.processes.quantity import quantity_of
@@ -51,6 +52,7 @@ def sweep(
         _BYTES * len(speeds) * len(gains),
         "give a coarser grid, or a store that takes it in parts: store=, in the shell --store DIR",
     )
+    check_system(process, speeds[[0, -1], None], gains[[0, -1]])
     if plausible:
         warn_of_implausible(process, speeds, gains)
     with timed() as spent, at_once():

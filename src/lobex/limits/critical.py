@@ -21,6 +21,7 @@ from lobex.limits.scan import scan_gains
 from lobex.limits.traced import traced_critical_gain
 from lobex.limits.undamped import undefined
 from lobex.operators.operator import Method
+from lobex.processes.declared import check_system
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_gain, check_process, check_speed
 from lobex.processes.quantity import quantity_of
@@ -63,11 +64,12 @@ def critical_gain(
     if float(bounds[0]) >= float(bounds[1]):
         raise ValueError(f"bounds = {tuple(map(float, bounds))} must be increasing; give the lowest gain first")
     gains = np.linspace(float(bounds[0]), float(bounds[1]), scan)
-    if plausible:
-        warn_of_implausible(process, speed, bounds[0])
     if _checks.is_traced((process, speed)):
         return traced_critical_gain(process, speed, gains, method)
     speeds = np.atleast_1d(np.asarray(speed, dtype=np.float64))
+    check_system(process, speeds[:, None], bounds)
+    if plausible:
+        warn_of_implausible(process, speeds, bounds[0])
     slowest = float(speeds.min())
     check_memory(
         f"speed and scan make {len(speeds)} × {scan} samples",

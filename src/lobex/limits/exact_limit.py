@@ -16,6 +16,7 @@ from lobex.limits.modal_curve import ModalCurve
 from lobex.limits.receptance import Receptance
 from lobex.limits.sections import Sections
 from lobex.limits.undamped import undefined
+from lobex.processes.declared import check_system
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_process, check_speed
 from lobex.processes.quantity import quantity_of
@@ -76,6 +77,7 @@ def exact_limit(process: Process, speed: Any) -> Limit:
     """
     check_process(process)
     check_speed(process, speed)
+    check_system(process, speed)
     warn_of_implausible(process, speed)
     lib: Any = jnp if _checks.is_traced((process, speed)) else np
     speed = jnp.atleast_1d(jnp.asarray(speed)) if _checks.is_traced(speed) else np.atleast_1d(np.asarray(speed, float))

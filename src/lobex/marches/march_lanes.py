@@ -7,6 +7,7 @@ import numpy as np
 from lobex._memory import check_memory
 from lobex._warnings import SweepWarning, warn
 from lobex.marches.fed_vibrations import STEPS_PER_WAVE, fastest_fed
+from lobex.processes.declared import check_system
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_gain, check_speed, lanes_shape
 from lobex.processes.quantity import Quantity
@@ -24,6 +25,7 @@ def lanes_of(process: Process, speed: Any, gain: Any, name: str = "gain") -> tup
     speeds, gains = np.broadcast_arrays(np.asarray(speed, dtype=float), np.asarray(gain, dtype=float))
     if speeds.size == 0:
         raise ValueError(f"speed and {name} have no values, shape {speeds.shape}; give at least one")
+    check_system(process, speeds, gains)
     warn_of_implausible(process, speeds, gains)
     return np.array(speeds), np.array(gains)
 

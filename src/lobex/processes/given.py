@@ -15,8 +15,6 @@ from lobex.systems.terms import Distributed
 from lobex.systems.traits import followers
 
 Array = Any
-# Of a period, at which a delay that follows the time is looked at where nothing is traced.
-_PHASES = 64
 # A number or an array, or a function of (t, speed, gain) in pure JAX, t in s.
 Given = Any
 
@@ -106,42 +104,22 @@ def by_gain(function: Shaped, point: Point) -> Coefficient:
 
 
 def delay_at(name: str, delay: Given, point: Point) -> Delay:
-    """A delay at a point.
-
-    Raises:
-        ValueError: where nothing is traced, for one that is not above zero all period long.
-    """
+    """A delay at a point."""
     if delay is None:
         return WholePeriod()
     if not callable(delay):
         return ConstantDelay(delay)
     function = Shaped(delay, name, ())
     if _follows_time(function, point):
-        if not _checks.is_traced((function, point)):
-            _checks.positive(name, _over_period(function, point), "s")
         return Varying(function, point.speed, point.gain)
-    lag = function(jnp.zeros_like(point.period), point.speed, point.gain)
-    _checks.positive(name, lag, "s")
-    return ConstantDelay(lag)
-
-
-@jax.jit
-def _over_period(function: Shaped, point: Point) -> Array:
-    time = jnp.arange(_PHASES) / _PHASES * point.period
-    return jax.vmap(lambda t: function(t, point.speed, point.gain))(time)
+    return ConstantDelay(function(jnp.zeros_like(point.period), point.speed, point.gain))
 
 
 def period_at(given: Given, speed: Array, gain: Array) -> Array:
-    """T; no number where it is traced and not above zero.
-
-    Raises:
-        ValueError: where nothing is traced, for one that is not above zero.
-    """
+    """T, above zero or not."""
     if given is None:
         return 1 / speed
-    period = Shaped(given, "period", ())(speed, gain) if callable(given) else jnp.asarray(given)
-    _checks.positive("period", period, "s")
-    return jnp.where(period > 0, period, jnp.nan)
+    return Shaped(given, "period", ())(speed, gain) if callable(given) else jnp.asarray(given)
 
 
 def _number() -> jax.ShapeDtypeStruct:

@@ -61,7 +61,8 @@ class LinearDelay:
         inputs: E, (d, e): where the forces act. None for the identity.
         outputs: C, (r, d): what they see. None for the identity.
         delay_range: the shortest and the longest delay in periods, whatever speed and gain. Found where all delays are
-            periods, or numbers as the period is; to be given where functions decide. A longer delay makes NaN.
+            periods, or numbers as the period is; to be given where functions decide. A delay that leaves it is refused
+            at the ends of the speeds and gains that are asked for, and makes NaN between them.
         speed_unit: "Hz" or "rpm", in which speeds are drawn, or "1" where they have no unit.
         distributed: pairs of a kernel B, (e, r) or a function of (s, t, speed, gain) that returns one, and the shortest
             and the longest delay in s, as numbers or functions of (speed, gain).
@@ -72,8 +73,7 @@ class LinearDelay:
     Raises:
         ValueError: for arrays of a wrong shape or that are not finite, delays and periods that are not above zero,
             breaks outside a period, delays without a range; and, when a system is asked for, for functions that cannot
-            be traced or return a wrong shape, and where nothing is traced for delays and periods that they return and
-            are not above zero.
+            be traced or return a wrong shape. Delays and periods that functions return are looked at by every verb.
     """
 
     drift: Array
@@ -168,7 +168,8 @@ class LinearDelay:
         check_point(self, speed, gain)
         period = period_at(self.period, speed, gain)
         point = Point(speed, gain, period, self.breaks)
-        drift = jnp.asarray(self.drift)
+        # No number is had of a period that is none.
+        drift = jnp.where(period > 0, jnp.asarray(self.drift), jnp.nan)
         d = jnp.shape(drift)[0]
         inputs = jnp.eye(d) if self.inputs is None else jnp.asarray(self.inputs)
         outputs = jnp.eye(d) if self.outputs is None else jnp.asarray(self.outputs)

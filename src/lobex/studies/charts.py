@@ -7,6 +7,7 @@ from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids import sweep as grids
 from lobex.grids.choice import AUTO, AnyMethod, chosen_method
 from lobex.operators.duhamel import Duhamel
+from lobex.processes.declared import check_system
 from lobex.processes.plausible import implausible
 from lobex.processes.process import Process, check_gain, check_process, check_speed
 from lobex.results.chart import Chart
@@ -113,6 +114,7 @@ def sweep(
     speeds, gains = _checks.grid("speed", speed, "Hz"), _checks.grid("gain", gain, first.gain.unit)
     check_speed(first, speeds)
     check_gain(first, gains)
+    check_system(first, speeds[[0, -1], None], gains[[0, -1]])
     task = Task(
         verb="sweep",
         variation=variation,

@@ -8,6 +8,7 @@ from lobex import _checks
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids.choice import AUTO, AnyMethod, chosen_method
 from lobex.limits import critical
+from lobex.processes.declared import check_system
 from lobex.processes.plausible import implausible
 from lobex.processes.process import Process, check_process, check_speed
 from lobex.results.description import describe
@@ -113,6 +114,7 @@ def critical_gain(
         raise ValueError(f"speed has shape {np.shape(speed)}; give one speed or a list of them, not traced by JAX")
     speeds = np.atleast_1d(speeds) if over is None else _checks.grid("speed", np.atleast_1d(speeds), "Hz")
     check_speed(first, speeds)
+    check_system(first, speeds[:, None], _checks.as_numbers("gain", bounds, first.gain.unit))
     chosen = chosen_method(method, first, float(speeds.min()))
     task = Task(
         verb="critical_gain",

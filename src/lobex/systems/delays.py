@@ -67,4 +67,6 @@ class Varying:
         def one(phase: Array) -> Array:
             return self.function(jnp.mod(phase, 1.0) * period, self.speed, self.gain) / period
 
-        return jax.vmap(one)(jnp.ravel(phase)).reshape(jnp.shape(phase))
+        shares = jax.vmap(one)(jnp.ravel(phase))
+        # Of a function that returns no number, too, so that it is told by its shape.
+        return shares.reshape(*jnp.shape(phase), *jnp.shape(shares)[1:])

@@ -128,8 +128,11 @@ class DelaySystem:
         zero and in the range that was said.
         """
         shares = tuple(delay.shares(phase, self.period) for delay in self.delays)
-        least, most = self.shortest * (1 - _ROUNDING), self.longest * (1 + _ROUNDING)
-        return tuple(jnp.where((lag > 0) & (lag >= least) & (lag <= most), lag, jnp.nan) for lag in shares)
+        return tuple(jnp.where(self.declared(lag), lag, jnp.nan) for lag in shares)
+
+    def declared(self, lag: Array) -> Array:
+        """Whether delays, in periods, are above zero and in the range that was said."""
+        return (lag > 0) & (lag >= self.shortest * (1 - _ROUNDING)) & (lag <= self.longest * (1 + _ROUNDING))
 
     def within(self, inside: Array, phase: Array) -> Forces:
         """All coefficients at phases (k,) of the piece that holds the phase ``inside``."""

@@ -1,0 +1,183 @@
+"""A system held against what it declares, once, before anything is computed with it.
+
+By its form while JAX traces it, which costs nothing a second time, and by its numbers at the ends of the speeds and
+gains that are asked for.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from lobex import _checks
+from lobex._float64 import at_once, widened
+from lobex._pytree import is_measured
+from lobex.processes.process import Process
+from lobex.systems.coefficients import Function
+from lobex.systems.system import DelaySystem
+
+Array = Any
+
+_PHASES = np.arange(64) / 64
+# Weights of speed and gain: in a plane of both, the outermost points along these directions.
+_DIRECTIONS = ((1, 1), (1, -1), (1, 0), (0, 1))
+_POINTS = 2 * len(_DIRECTIONS)
+
+
+class Numbers(NamedTuple):
+    """What is looked at of the systems at k points.
+
+    Attributes:
+        period: T, s, (k,).
+        breaks: phases t/T at which functions jump, (k, b).
+        lag: every delay, in periods, at phases, (k, delays, phases).
+        declared: whether each is in the range that was said.
+        delay_range: the range, in periods, (k, 2).
+        force: the largest force per unit of output, now and remembered, at any phase, (k,).
+    """
+
+    period: Array
+    breaks: Array
+    lag: Array
+    declared: Array
+    delay_range: Array
+    force: Array
+
+
+def check_system(process: Process, speed: Any, gain: Any = None) -> None:
+    """Require a system that is what it declares; of nothing where JAX traces a part of the call.
+
+    Args:
+        process: a process, whose form is checked.
+        speed, gain: arrays that broadcast, at whose ends its numbers are; no gain for a verb that asks at none.
+
+    Raises:
+        ValueError: for a system that JAX cannot trace, matrices and functions of a wrong shape, a period that is not
+            above zero, breaks outside of it, and delays that are not above zero and in their range, in one line each.
+    """
+    measured = any(map(is_measured, jax.tree.leaves(process, is_leaf=is_measured)))
+    if measured or _checks.is_traced((process, speed, gain)):
+        return
+    with at_once():
+        if gain is None or not np.size(speed) or not np.size(gain):
+            _in_one_line(process, _numbers.eval_shape, np.ones(_POINTS), np.ones(_POINTS))
+            return
+        speeds, gains = _ends(np.asarray(speed, dtype=float), np.asarray(gain, dtype=float))
+        found = jax.tree.map(np.asarray, _in_one_line(process, _numbers, speeds, gains))
+    if wrong := _wrong(found):
+        index, what, right = wrong
+        place = f"at speed = {speeds[index]:.6g}, gain = {gains[index]:.6g}"
+        raise ValueError(f"process = {type(process).__name__}: {what.format(place)}; {right}")
+
+
+def largest_force(process: Process, speed: float, gain: float) -> float:
+    """Per unit of output, now and remembered, at any phase of a system that was checked."""
+    return float(_numbers(process, np.full(_POINTS, speed), np.full(_POINTS, gain)).force[0])
+
+
+@jax.jit
+def _numbers(process: Process, speed: Array, gain: Array) -> Numbers:
+    def at(speed: Array, gain: Array) -> Numbers:
+        system = process.system(speed, gain)
+        _check_form(type(process).__name__, system)
+        functions = [node for node in jax.tree.leaves(system, is_leaf=_is_function) if _is_function(node)]
+        lags = [term.delay.shares(_PHASES, system.period) for term in system.terms if term.delay is not None]
+        lag = jnp.stack([jnp.broadcast_to(lag, _PHASES.shape) for lag in lags] or [jnp.ones(_PHASES.shape)])
+        forces = system.at(_PHASES)
+        return Numbers(
+            period=jnp.asarray(system.period),
+            breaks=jnp.concatenate([jnp.zeros(0), *(jnp.ravel(node.breaks) for node in functions)]),
+            lag=lag,
+            declared=system.declared(lag),
+            delay_range=jnp.array([system.shortest, system.longest]),
+            force=jnp.max(sum(jnp.linalg.norm(part, axis=(1, 2)) for part in (forces.present, *forces.delayed))),
+        )
+
+    return jax.vmap(at)(speed, gain)
+
+
+def _check_form(name: str, system: Any) -> None:
+    """Require the shapes that the parts of a system have together, of values that JAX traces."""
+    if not isinstance(system, DelaySystem):
+        raise ValueError(f"process = {name}: its system is {_checks.brief(system)}; return a DelaySystem")
+    shape = np.shape(system.blocks)
+    if len(shape) != 3 or shape[1] != shape[2]:
+        raise ValueError(f"process = {name}: its blocks have the shape {shape}; give (n, s, s)")
+    n, s = shape[:2]
+    e, r, m = (
+        np.shape(part)[axis] if np.ndim(part) == 3 else -1
+        for part, axis in ((system.inputs, 2), (system.outputs, 1), (system.recalled, 1))
+    )
+    asked = {
+        "inputs": (system.inputs, (n, s, e), "(n, s, e)"),
+        "outputs": (system.outputs, (n, r, s), "(n, r, s)"),
+        "remembered": (system.recalled, (n, m, s), "(n, m, s)"),
+        "period": (system.period, (), "one number"),
+    }
+    for index, term in enumerate(system.terms):
+        columns = m if term.delay is not None else r
+        part = f"terms[{index}]"
+        asked[f"{part}.coefficient"] = (term.coefficient.at(_PHASES[:1])[0], (e, columns), f"({e}, {columns})")
+        if term.delay is not None:
+            asked[f"{part}.delay"] = (term.delay.shares(_PHASES[:1], system.period)[0], (), "one number")
+    for what, (value, right, words) in asked.items():
+        if np.shape(value) != right:
+            where = f" where blocks have {shape}" if words.startswith("(n") else ""
+            raise ValueError(f"process = {name}: its {what} has the shape {np.shape(value)}{where}; give {words}")
+    bounds = system.shortest, system.longest
+    if not system.terms or not 0 <= bounds[0] <= bounds[1] < np.inf or bounds[1] <= 0:
+        raise ValueError(
+            f"process = {name}: its system has {len(system.terms)} terms, and shortest = {bounds[0]!r} and longest = "
+            f"{bounds[1]!r} periods; give a term at least, and the shortest delay before the longest"
+        )
+
+
+def _in_one_line(process: Process, ask: Callable[..., Numbers], speeds: Array, gains: Array) -> Numbers:
+    """What is found of a process, or what its code raises while JAX traces it as one line."""
+    try:
+        return ask(widened(process), speeds, gains)
+    except Exception as error:
+        lines = str(error).splitlines() or [""]
+        if isinstance(error, ValueError) and len(lines) == 1:
+            raise
+        raise ValueError(
+            f"process = {type(process).__name__}: its system cannot be traced by JAX "
+            f"({type(error).__name__}: {lines[0]}); write it with jax.numpy, of the shapes of a DelaySystem"
+        ) from error
+
+
+def _wrong(found: Numbers) -> tuple[int, str, str] | None:
+    """At which point there is what, with a gap for the point, and what would be right; None where all is right."""
+    bad = ~(np.isfinite(found.period) & (found.period > 0))
+    if bad.any():
+        point = int(np.argmax(bad))
+        return point, f"its period is {found.period[point]:.6g} s {{}}", "give a finite one above 0"
+    bad = ~((found.breaks >= 0) & (found.breaks <= 1))
+    if bad.any():
+        point, index = np.argwhere(bad)[0]
+        return point, f"one of its breaks is {found.breaks[point, index]:.6g} {{}}", "give phases t/T from 0 to 1"
+    least, most = found.delay_range[0]
+    for bad, right in (
+        (~(found.lag > 0), "give one above 0"),
+        (~found.declared, f"that is not between the shortest, {least:.6g}, and the longest, {most:.6g}, as declared"),
+    ):
+        if bad.any():
+            point, index, phase = np.argwhere(bad)[0]
+            lag = f"the delay of delayed[{index}] is {found.lag[point, index, phase]:.6g} periods"
+            return point, f"{lag} {{}}, t/T = {_PHASES[phase]:.6g}", right
+    return None
+
+
+def _ends(speed: np.ndarray, gain: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of the points of two arrays that broadcast the outermost, (k,) each."""
+    speeds, gains = (part.ravel() for part in np.broadcast_arrays(speed, gain))
+    height, width = speeds / np.max(speeds), gains / (np.max(np.abs(gains)) or 1.0)
+    sides = [right * height + up * width for right, up in _DIRECTIONS]
+    found = [index for side in sides for index in (np.argmin(side), np.argmax(side))]
+    return speeds[found], gains[found]
+
+
+def _is_function(node: Any) -> bool:
+    return isinstance(node, Function)
