@@ -2,7 +2,7 @@
 
 import warnings
 from dataclasses import replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import jax
 import jax.numpy as jnp
@@ -19,6 +19,7 @@ from lobex.systems.system import DelaySystem
 from lobex.systems.terms import Delayed, Present, Regenerative
 
 SPEEDS, GAINS = [1.0, 2.0], [0.25, 0.5]
+BOUNDS = 0.25, 0.5
 VERBS = {
     "sweep": lambda p: lobex.sweep(p, SPEEDS, GAINS),
     "sweep by nodes": lambda p: lobex.sweep(p, SPEEDS, GAINS, lobex.Chebyshev(8)),
@@ -27,9 +28,9 @@ VERBS = {
     "spectral_radius by nodes": lambda p: lobex.spectral_radius(p, SPEEDS, GAINS, lobex.Chebyshev(8)),
     "multipliers": lambda p: lobex.multipliers(p, SPEEDS, GAINS),
     "monodromy": lambda p: lobex.monodromy(p, SPEEDS, GAINS, lobex.Duhamel(8)),
-    "critical_gain": lambda p: lobex.critical_gain(p, SPEEDS, GAINS),
+    "critical_gain": lambda p: lobex.critical_gain(p, SPEEDS, BOUNDS),
     "boundary": lambda p: lobex.boundary(p, SPEEDS, GAINS),
-    "sensitivities": lambda p: lobex.sensitivities(p, SPEEDS, bounds=GAINS),
+    "sensitivities": lambda p: lobex.sensitivities(p, SPEEDS, bounds=BOUNDS),
     "march_delay": lambda p: lobex.march_delay(p, SPEEDS, GAINS, np.cos, 3, 40),
 }
 
@@ -41,7 +42,7 @@ def lag(numbers, t, speed, gain):
 
 
 def jumping(t, speed, gain):
-    return jnp.where(t > 0.3, gain, 0.0).reshape(1, 1)
+    return jnp.reshape(jnp.where(t > 0.3, gain, 0.0), (1, 1))
 
 
 def turn(factor, speed, gain):
@@ -61,7 +62,7 @@ class Own:
     gain: ClassVar = PLAIN_GAIN
     speed_unit: ClassVar = "1"
 
-    def system(self, speed, gain):
+    def system(self, speed, gain) -> Any:
         period = turn(self.factor, speed, gain)
         force = Function(Partial(jumping), speed, gain, period, self.breaks)
         sound = {
