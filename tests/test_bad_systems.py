@@ -12,7 +12,7 @@ from jax.tree_util import Partial
 
 import lobex
 from lobex._pytree import pytree
-from lobex.processes.quantity import PLAIN_GAIN
+from lobex.processes.quantity import PLAIN_GAIN, Quantity
 from lobex.systems.coefficients import Constant, Function
 from lobex.systems.delays import ConstantDelay, Varying
 from lobex.systems.system import DelaySystem
@@ -42,7 +42,7 @@ def lag(numbers, t, speed, gain):
 
 
 def jumping(t, speed, gain):
-    return jnp.reshape(jnp.where(t > 0.3, gain, 0.0), (1, 1))
+    return jnp.reshape(gain * (t > 0.3), (1, 1))
 
 
 def turn(factor, speed, gain):
@@ -59,8 +59,8 @@ class Own:
     factor: float
     fault: str = ""
 
-    gain: ClassVar = PLAIN_GAIN
-    speed_unit: ClassVar = "1"
+    gain: ClassVar[Quantity] = PLAIN_GAIN
+    speed_unit: ClassVar[str] = "1"
 
     def system(self, speed, gain) -> Any:
         period = turn(self.factor, speed, gain)
