@@ -20,9 +20,9 @@ from lobex.systems.system import DelaySystem
 
 Array = Any
 
-_PHASES = np.arange(64) / 64
+_PHASES = np.arange(32) / 32
 # Weights of speed and gain: in a plane of both, the outermost points along these directions.
-_DIRECTIONS = ((1, 1), (1, -1), (1, 0), (0, 1))
+_DIRECTIONS = ((1, 1), (1, -1))
 _POINTS = 2 * len(_DIRECTIONS)
 
 
