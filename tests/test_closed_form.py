@@ -178,9 +178,18 @@ class Early(Tip):
         return replace(lobex.Rub(self.modes).system(speed, gain), terms=terms, shortest=0.5)
 
 
+@pytree()
+class Twice(Tip):
+    """As above, of two blades that follow each other in a revolution."""
+
+    def system(self, speed, gain):
+        return lobex.Rub(self.modes).system(2 * speed, gain)
+
+
 @pytest.mark.parametrize(
     ("process", "words"),
     [
+        (Twice(ROD.modes, 1.0), "has another period than one revolution"),
         (Tip(ROD.modes, 1.0, 0.6), "has a force that is not one of what is now less what was a period ago"),
         (Early(ROD.modes, 1.0), "has other delays than its period"),
         (lobex.DelayedMathieu(1.0, 1.0), "has periodic coefficients"),

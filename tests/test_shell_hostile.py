@@ -22,7 +22,7 @@ LONG = "x" * 300
 WORK = [
     (lobex.grids.sweep, "dominant_over_grid"),
     (lobex.limits.critical, "_search"),
-    (lobex.limits.exact_limit, "_lobes"),
+    (lobex.limits.exact_limit, "exact_critical"),
     (lobex.limits.sensitivity, "critical_gain"),
     (lobex.marches.delay, "_march"),
     (lobex.marches.turning, "_march"),

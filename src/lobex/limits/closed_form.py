@@ -68,8 +68,8 @@ class _Numbers(NamedTuple):
 def closed_form(process: Process) -> Regeneration | Rate | str:
     """What the closed form of a limit takes, or in words why there is none.
 
-    It needs constant coefficients, one force, one delay that is the period, and a structure that follows neither speed
-    nor gain: then D-subdivision (Neimark, 1949) of a force K [y − y(t − τ)], or Hayes' limits (1950) of a single state.
+    It needs constant coefficients, one force, one delay that is the period, which is one revolution, and a structure
+    that follows neither speed nor gain: then D-subdivision (Neimark, 1949) of a force K [y − y(t − τ)], or Hayes' limits (1950) of a single state.
     Of numbers that JAX traces others are looked at in their place, which no coincidence would make regenerative.
     """
     measured = [leaf for leaf in jax.tree.leaves(process, is_leaf=_is_measured) if _is_measured(leaf)]
@@ -145,6 +145,10 @@ def _of_numbers(process: Process, measured: bool) -> _Numbers:
     straight = all(np.allclose(a, b, rtol=_ROUNDING, atol=0.0) for a, b in zip(twice, lines, strict=True))
     if np.any(none) or not straight:
         return _Numbers("has forces that are not proportional to the gain")
+    speeds = _SPEED * np.array([1.0, 1 + _GOLDEN])
+    turns = [speed * float(process.system(speed, 1.0).period) for speed in speeds]
+    if not np.allclose(turns, 1.0, rtol=0.0, atol=_ROUNDING):
+        return _Numbers("has another period than one revolution")
     inputs, now, then, apart = one_force(system, present, delayed)
     if apart:
         return _Numbers(f"has {system.force_size} contact directions")

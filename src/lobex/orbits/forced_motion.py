@@ -21,6 +21,7 @@ from lobex.operators.duhamel import Duhamel
 from lobex.operators.estimate import sizes_of
 from lobex.operators.response import quickness, tail_bound
 from lobex.orbits.periodic import Periodic, largest, periodic
+from lobex.processes.declared import check_system
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_gain, check_process, check_speed, lanes_shape
 from lobex.processes.quantity import quantity_of
@@ -89,6 +90,7 @@ def orbit(
     lanes = lanes_shape(speed, gain)
     if 0 in lanes:
         raise ValueError(f"speed and gain have no values, shape {lanes}; give at least one")
+    check_system(process, speed, gain)
     warn_of_implausible(process, speed, gain)
     phases = _checks.as_numbers("phase", np.linspace(0, 1, _SAMPLES) if phase is None else phase)
     if phases is None or phases.ndim != 1 or not phases.size:

@@ -17,6 +17,7 @@ from lobex._pytree import is_measured
 from lobex.processes.process import Process
 from lobex.systems.coefficients import Function
 from lobex.systems.system import DelaySystem
+from lobex.systems.terms import Forcing
 
 Array = Any
 
@@ -83,7 +84,7 @@ def _numbers(process: Process, speed: Array, gain: Array) -> Numbers:
         system = process.system(speed, gain)
         _check_form(type(process).__name__, system)
         functions = [node for node in jax.tree.leaves(system, is_leaf=_is_function) if _is_function(node)]
-        lags = [term.delay.shares(_PHASES, system.period) for term in system.terms if term.delay is not None]
+        lags = [term.delay.shares(_PHASES, system.period) for term in system.feedback if term.delay is not None]
         lag = jnp.stack([jnp.broadcast_to(lag, _PHASES.shape) for lag in lags] or [jnp.ones(_PHASES.shape)])
         forces = system.at(_PHASES)
         return Numbers(
@@ -116,12 +117,13 @@ def _check_form(name: str, system: Any) -> None:
         "remembered": (system.recalled, (n, m, s), "(n, m, s)"),
         "period": (system.period, (), "one number"),
     }
-    for index, term in enumerate(system.terms):
-        columns = m if term.delay is not None else r
+    for index, term in enumerate((*system.feedback, *system.forcing)):
+        delay = None if isinstance(term, Forcing) else term.delay
+        columns = 1 if isinstance(term, Forcing) else r if delay is None else m
         part = f"terms[{index}]"
         asked[f"{part}.coefficient"] = (term.coefficient.at(_PHASES[:1])[0], (e, columns), f"({e}, {columns})")
-        if term.delay is not None:
-            asked[f"{part}.delay"] = (term.delay.shares(_PHASES[:1], system.period)[0], (), "one number")
+        if delay is not None:
+            asked[f"{part}.delay"] = (delay.shares(_PHASES[:1], system.period)[0], (), "one number")
     for what, (value, right, words) in asked.items():
         if np.shape(value) != right:
             where = f" where blocks have {shape}" if words.startswith("(n") else ""
