@@ -211,10 +211,10 @@ def test_every_interval_of_delayed_velocity_feedback(delay):
     assert inside[0] == pytest.approx(np.clip(expected, *bounds), rel=1e-11)
 
 
-def test_a_delay_out_of_its_range_at_every_speed_has_no_limit():
+def test_a_delay_out_of_its_range_at_every_speed_is_refused():
     process = lobex.LinearDelay([[-1.0]], [(Partial(seen, np.ones((1, 1))), 0.5)], period=1.0, delay_range=(0.6, 0.9))
-    limit = lobex.critical_gain(process, [1.0, 2.0], (-3.0, 3.0))
-    assert set(limit.status) == {"not converged"}
+    with pytest.raises(ValueError, match=r"0\.5 periods .* not between the shortest, 0\.6, and the longest, 0\.9"):
+        lobex.critical_gain(process, [1.0, 2.0], (-3.0, 3.0))
 
 
 def times(matrices, t, speed, gain):

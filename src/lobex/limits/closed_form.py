@@ -69,7 +69,8 @@ def closed_form(process: Process) -> Regeneration | Rate | str:
     """What the closed form of a limit takes, or in words why there is none.
 
     It needs constant coefficients, one force, one delay that is the period, which is one revolution, and a structure
-    that follows neither speed nor gain: then D-subdivision (Neimark, 1949) of a force K [y − y(t − τ)], or Hayes' limits (1950) of a single state.
+    that follows neither speed nor gain: then D-subdivision (Neimark, 1949) of a force K [y − y(t − τ)], or Hayes'
+    limits (1950) of a single state.
     Of numbers that JAX traces others are looked at in their place, which no coincidence would make regenerative.
     """
     measured = [leaf for leaf in jax.tree.leaves(process, is_leaf=_is_measured) if _is_measured(leaf)]

@@ -55,8 +55,8 @@ def exact_limit(process: Process, speed: Any) -> Limit:
     D-subdivision over all lobes and modes, of ``Rub`` and ``Turning``, with modes or with a measured ``Receptance`` in
     their place, and of any process whose equations say the same: constant coefficients that are proportional to the
     gain, one delay, which is the period and one revolution, and a structure that is stable by itself and follows
-    neither speed nor gain. Hayes' limits for a single state, such as ``Scalar``, whose ``gain`` is the upper one. Good to
-    1e-12 relative, and differentiable with respect to speed and every number in the process. ``intervals``
+    neither speed nor gain. Hayes' limits for a single state, such as ``Scalar``, whose ``gain`` is the upper one.
+    Good to 1e-12 relative, and differentiable with respect to speed and every number in the process. ``intervals``
     holds the stable interval below the limit; whether the process is stable again above it is not looked at.
 
     Args:

@@ -168,8 +168,10 @@ class LinearDelay:
         check_point(self, speed, gain)
         period = period_at(self.period, speed, gain)
         point = Point(speed, gain, period, self.breaks)
-        # No number is had of a period that is none.
-        drift = jnp.where(period > 0, jnp.asarray(self.drift), jnp.nan)
+        drift = jnp.asarray(self.drift)
+        if callable(self.period):
+            # No number is had of a period that is none.
+            drift = jnp.where(period > 0, drift, jnp.nan)
         d = jnp.shape(drift)[0]
         inputs = jnp.eye(d) if self.inputs is None else jnp.asarray(self.inputs)
         outputs = jnp.eye(d) if self.outputs is None else jnp.asarray(self.outputs)
