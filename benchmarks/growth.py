@@ -19,7 +19,7 @@ from matplotlib.ticker import NullFormatter
 
 import lobex
 from machine import machine
-from problems import MILL
+from rows import MILL
 
 HERE = Path(__file__).parent
 ROUNDS = 3

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lobex
-from problems import PROBLEMS
+from rows import PROBLEMS
 
 
 @pytest.mark.parametrize("name", PROBLEMS)

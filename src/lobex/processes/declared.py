@@ -75,7 +75,7 @@ def check_system(process: Process, speed: Any, gain: Any = None) -> None:
 
 def largest_force(process: Process, speed: float, gain: float) -> float:
     """Per unit of output, now and remembered, at any phase of a system that was checked."""
-    return float(_numbers(process, np.full(_POINTS, speed), np.full(_POINTS, gain)).force[0])
+    return float(np.asarray(_numbers(process, np.full(_POINTS, speed), np.full(_POINTS, gain)).force)[0])
 
 
 @jax.jit
