@@ -108,6 +108,22 @@ def test_a_machine_on_springs_is_warned_of_by_its_first_mode_and_refused_by_its_
         check_speed(springs, 60.4 * 300)
 
 
+@pytest.mark.parametrize(("name", "value"), [("feed_per_tooth", 0.1), ("runout", [0.01, 0.0])])
+def test_feed_and_runout_in_millimetres_are_told(name, value):
+    def cutter(**lengths):
+        lengths = {"feed_per_tooth": 1e-4, "runout": [1e-5, 0.0], **lengths}
+        return lobex.VariablePitch(TURN.modes, np.deg2rad([170, 190]), 6e8, 2e8, 0.5, **lengths)
+
+    assert implausible(cutter(), 100.0) == []
+    (message,) = implausible(cutter(**{name: value}), 100.0)
+    assert message.startswith(f"{name} = {np.max(value):g} m is more than any tool has")
+
+
+def test_a_feed_of_turning_in_millimetres_is_told():
+    with pytest.warns(lobex.LobexWarning, match="feed = 0.1 m is more than any tool has"):
+        lobex.simulate_turning(TURN.modes, LAW, 100.0, 1e-3, 0.1, 2, 128)
+
+
 # --- what is read from a map
 
 

@@ -28,10 +28,10 @@ Array = Any
 
 # Nodes per piece: a few sizes, since each is compiled for itself.
 _SIZES = (6, 10, 16, 26, 42, 68, 110)
-# Of the tolerance, what the error at a point may be for its neighbours to meet it too.
-_MARGIN = 0.1
 # And for few pieces through which a mode turns a hundred times, as long as forces are not more.
 _LARGE, _MOST_FORCES = (178, 288, 466), 700
+# Of the tolerance, what the error at a point may be for its neighbours to meet it too.
+_MARGIN = 0.1
 # Work per point, lightest first: squarings of the operator, or 0 for the dense solver.
 _EFFORTS = (9, 16, 24, 0)
 # The same after so long a period, in delays, that its end has forgotten all but the dominant multiplier.

@@ -10,10 +10,12 @@ import numpy as np
 from lobex import _checks
 from lobex._float64 import at_once, widened
 from lobex._timing import timed
+from lobex._warnings import warn
 from lobex.contact.laws import ContactLaw, Plastic, check_law
 from lobex.marches.cutting import Pass, march_cut
 from lobex.marches.march_lanes import check_length, check_steps, lanes_of, warn_of_lost_lanes
 from lobex.marches.start import History, sample_history, starting_state
+from lobex.processes.plausible import too_long
 from lobex.processes.quantity import DEPTH_OF_CUT
 from lobex.processes.regenerative import Turning
 from lobex.results.cut import Cut
@@ -79,6 +81,8 @@ def simulate_turning(
     _checks.not_negative("depth", depth, "m")
     _checks.positive("feed", feed, "m")
     _checks.scalar("feed", feed)
+    if message := too_long("feed", feed):
+        warn(message)
     revolutions = _checks.integer("revolutions", revolutions, 1)
     steps = _checks.integer("steps_per_revolution", steps_per_revolution, 3)
     every = _checks.integer("every", every, 1)

@@ -23,6 +23,8 @@ FAST = 5.0
 TOO_FAST = 60.0
 # Depths of cut from here on, m, are those of millimetres.
 _THICK = 0.1
+# And so are the chips, and the runout, that a tooth has.
+_CHIP, _RUNOUT = 0.01, 0.001
 
 
 def warn_of_implausible(process: Any, speed: Any, gain: Any = None) -> None:
@@ -39,6 +41,7 @@ def implausible(process: Any, speed: Any, gain: Any = None) -> list[str]:
     messages = [_overdamped(process)]
     if has_units(process) and np.size(speed):
         messages += [_in_rpm(process, np.asarray(speed, dtype=float), gain), _in_millimetres(process, gain)]
+        messages += [too_long(name, getattr(process, name, None)) for name in ("feed_per_tooth", "runout")]
     return [message for message in messages if message is not None]
 
 
@@ -63,6 +66,14 @@ def passes_per_period(process: Any, speed: np.ndarray, fastest: bool = False) ->
             return None
         first = float(lines[np.argmax(power)])
     return float(np.min(speed)) * getattr(process, "passes", 1) / first
+
+
+def too_long(name: str, length: Any) -> str | None:
+    """The message on a feed or a runout, m, that can only be in millimetres, if it is one."""
+    largest = 0.0 if length is None else float(np.max(np.abs(np.asarray(length))))
+    if largest < (_RUNOUT if name == "runout" else _CHIP):
+        return None
+    return f"{name} = {largest:.6g} m is more than any tool has; it is in m, 0.0001 for 0.1 mm"
 
 
 def _is_traced(tree: Any) -> bool:
