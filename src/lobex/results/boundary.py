@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lobex._by_name import by_name
-from lobex.processes.quantity import Quantity, hertz
+from lobex.processes.quantity import hertz
 from lobex.results.codes import Kind
 from lobex.results.description import in_words, wall_time
 from lobex.results.fields import Array, Attribute, Codes, Fields, Parts, declared_of, field, in_gain, in_hertz
-from lobex.results.result import Result
+from lobex.results.result import OfProcess
 from lobex.results.stored import Stored
 
 if TYPE_CHECKING:
@@ -66,7 +66,7 @@ class _Curves:
         )
 
 
-class Boundary(Result, form="lobex boundary 2"):
+class Boundary(OfProcess, form="lobex boundary 2"):
     """The curves max|μ| = 1 within a rectangle of speeds and gains.
 
     What is not missed: every curve that separates two points of the map that it was traced from, and every pair of
@@ -97,12 +97,7 @@ class Boundary(Result, form="lobex boundary 2"):
     waves_per_cell: float
     fastest_frequency: float
     bounds: tuple[float, float, float, float] = field(Attribute(lambda stored, name: stored.numbers(name, 4)))
-    quantity: Quantity
-    speed_unit: str = field(Attribute(Stored.unit))
-    process: dict[str, Any]
     method: dict[str, Any]
-    seconds: float
-    compiling: float
 
     def __iter__(self) -> Iterator[BoundaryCurve]:
         return iter(self.curves)

@@ -6,12 +6,10 @@ import numpy as np
 
 from lobex._by_name import by_name
 from lobex._warnings import warn
-from lobex.processes.quantity import Quantity
 from lobex.results.codes import PointStatus
-from lobex.results.description import in_words, wall_time
-from lobex.results.fields import Array, Attribute, Codes, Coordinate, field, in_gain, in_hertz
-from lobex.results.result import Result
-from lobex.results.stored import Stored
+from lobex.results.description import doubts, in_words, wall_time
+from lobex.results.fields import Array, Codes, Coordinate, field, in_gain, in_hertz
+from lobex.results.result import OfProcess
 from lobex.results.units import shown_gain, shown_range, shown_speed
 
 if TYPE_CHECKING:
@@ -23,7 +21,7 @@ if TYPE_CHECKING:
 _FINER = 65
 
 
-class Chart(Result, form="lobex chart 4"):
+class Chart(OfProcess, form="lobex chart 4"):
     """A stability lobe diagram: the dominant Floquet multiplier over a (speed, gain) grid.
 
     Attributes:
@@ -49,12 +47,7 @@ class Chart(Result, form="lobex chart 4"):
     chatter_frequency: np.ndarray = field(Array("speed gain", "chatter frequency", in_hertz))
     error: np.ndarray = field(Array("speed gain", "estimated relative error of max|μ|", "1"))
     status_code: np.ndarray = field(Codes("speed gain", "what became of the point", name="status", codes=PointStatus))
-    quantity: Quantity
-    speed_unit: str = field(Attribute(Stored.unit))
-    process: dict[str, Any]
     method: dict[str, Any]
-    seconds: float
-    compiling: float
 
     @property
     def status(self) -> np.ndarray:
@@ -79,12 +72,7 @@ class Chart(Result, form="lobex chart 4"):
             f"  spectral radius  {span}",
             f"  method           {in_words(self.method)}",
             f"  wall time        {wall_time(self, self.spectral_radius.size, 'point')}",
-            *([f"  estimated error  at most {np.nanmax(self.error):.1e}"] if np.any(self.error > 0) else []),
-            *(
-                f"  {code.words:<16} {np.sum(self.status_code == code)} points"
-                for code in PointStatus
-                if code is not PointStatus.GOOD
-            ),
+            *doubts(self.error, PointStatus, self.status_code, "points"),
         ]
         return "\n".join(lines)
 

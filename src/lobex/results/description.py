@@ -6,6 +6,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from lobex.results.codes import Code
+
 
 def describe(value: Any) -> Any:
     """A frozen dataclass of numbers as nested dictionaries, lists and numbers; a function by its name."""
@@ -35,6 +37,13 @@ def in_words(description: Any) -> str:
     if isinstance(description, list):
         return f"[{', '.join(in_words(v) for v in description)}]"
     return f"{description:.6g}" if isinstance(description, float) else repr(description)
+
+
+def doubts(error: np.ndarray, codes: type[Code], status_code: np.ndarray, parts: str) -> list[str]:
+    """Lines on the largest estimated error, if one was estimated, and on how many ``parts`` are not simply good."""
+    lines = [f"  estimated error  at most {np.nanmax(error):.1e}"] if np.any(error > 0) else []
+    told = [code for code in codes if code.words != "good"]
+    return lines + [f"  {code.words:<16} {np.sum(status_code == code)} {parts}" for code in told]
 
 
 class Timed(Protocol):

@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 
 from lobex._by_name import by_name
-from lobex.processes.quantity import Quantity, hertz
+from lobex.processes.quantity import hertz
 from lobex.results.codes import Kind, Status
 from lobex.results.description import in_words, wall_time
 from lobex.results.fields import Array, Attribute, Codes, Coordinate, derived, field, in_gain, in_hertz
-from lobex.results.result import Result
-from lobex.results.stored import Stored
+from lobex.results.result import OfProcess
 from lobex.results.units import shown_gain, shown_range, shown_speed
 
 if TYPE_CHECKING:
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
     from lobex.results.band import Band
 
 
-class Limit(Result, form="lobex limit 2"):
+class Limit(OfProcess, form="lobex limit 2"):
     """The stability limit over speeds: the lowest gain at which a process turns from stable to unstable.
 
     Attributes:
@@ -52,12 +51,7 @@ class Limit(Result, form="lobex limit 2"):
     )
     error: Any = field(Array("speed", "estimated error of the gain", in_gain))
     bounds: tuple[float, float] = field(Attribute(lambda stored, name: stored.numbers(name, 2)))
-    quantity: Quantity
-    speed_unit: str = field(Attribute(Stored.unit))
-    process: dict[str, Any]
     method: dict[str, Any]
-    seconds: float
-    compiling: float
 
     @property
     def kind(self) -> np.ndarray:

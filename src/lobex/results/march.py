@@ -5,11 +5,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lobex._by_name import by_name
-from lobex.processes.quantity import Quantity, hertz
+from lobex.processes.quantity import hertz
 from lobex.results.description import wall_time
-from lobex.results.fields import Array, Attribute, Coordinate, field, in_gain, in_hertz
-from lobex.results.result import Result
-from lobex.results.stored import Stored
+from lobex.results.fields import Array, Coordinate, field, in_gain, in_hertz
+from lobex.results.result import OfProcess
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -20,7 +19,7 @@ def displacement_unit(result: Any) -> str:
     return "m" if "modes" in result.process else "1"
 
 
-class March(Result, form="lobex march 2"):
+class March(OfProcess, form="lobex march 2"):
     """A motion in time, lane by lane; lanes have the broadcast shape of speed and gain.
 
     Attributes:
@@ -51,11 +50,6 @@ class March(Result, form="lobex march 2"):
     multiplier: np.ndarray = field(Array("*lane", "fitted multiplier μ", "1", dtype=np.complex128))
     growth_error: np.ndarray = field(Array("*lane", "estimated error of the fitted |μ|", "1"))
     steps_per_period: int
-    quantity: Quantity
-    speed_unit: str = field(Attribute(Stored.unit))
-    process: dict[str, Any]
-    seconds: float
-    compiling: float
 
     @property
     def growth(self) -> np.ndarray:

@@ -6,19 +6,18 @@ import numpy as np
 
 from lobex._by_name import by_name
 from lobex._namespace import namespace
-from lobex.processes.quantity import Quantity, hertz
+from lobex.processes.quantity import hertz
 from lobex.results.codes import OrbitStatus
-from lobex.results.description import in_words, wall_time
-from lobex.results.fields import Array, Attribute, Codes, Coordinate, field, in_gain, in_hertz
+from lobex.results.description import doubts, in_words, wall_time
+from lobex.results.fields import Array, Codes, Coordinate, field, in_gain, in_hertz
 from lobex.results.march import displacement_unit, span
-from lobex.results.result import Result
-from lobex.results.stored import Stored
+from lobex.results.result import OfProcess
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-class Orbit(Result, form="lobex orbit 1"):
+class Orbit(OfProcess, form="lobex orbit 1"):
     """The motion, periodic as the forcing is, that a stable process comes to; lanes have the broadcast shape of speed
     and gain.
 
@@ -55,12 +54,7 @@ class Orbit(Result, form="lobex orbit 1"):
     status_code: np.ndarray = field(
         Codes("*lane", "what became of the periodic motion", name="status", codes=OrbitStatus)
     )
-    quantity: Quantity
-    speed_unit: str = field(Attribute(Stored.unit))
-    process: dict[str, Any]
     method: dict[str, Any]
-    seconds: float
-    compiling: float
 
     @property
     def time(self) -> np.ndarray:
@@ -88,12 +82,7 @@ class Orbit(Result, form="lobex orbit 1"):
             f"  spectral radius  {span(self.spectral_radius)}",
             f"  method           {in_words(self.method)}",
             f"  wall time        {wall_time(self, self.speed.size, 'lane')}",
-            *([f"  estimated error  at most {np.nanmax(self.error):.1e}"] if np.any(self.error > 0) else []),
-            *(
-                f"  {code.words:<16} {np.sum(self.status_code == code)} lanes"
-                for code in OrbitStatus
-                if code is not OrbitStatus.GOOD
-            ),
+            *doubts(self.error, OrbitStatus, self.status_code, "lanes"),
         ]
         return "\n".join(lines)
 

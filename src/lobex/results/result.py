@@ -1,9 +1,12 @@
 """What all results can do: become labelled arrays, and files."""
 
 import os
-from typing import TYPE_CHECKING, ClassVar
+from dataclasses import KW_ONLY
+from typing import TYPE_CHECKING, Any, ClassVar
 
-from lobex.results.fields import Fields, Parts, write
+from lobex.processes.quantity import Quantity
+from lobex.results.fields import Attribute, Fields, Parts, field, write
+from lobex.results.stored import Stored
 
 if TYPE_CHECKING:
     import xarray
@@ -14,7 +17,7 @@ class Result(Fields):
 
     form: ClassVar[str]
 
-    def __init_subclass__(cls, form: str) -> None:
+    def __init_subclass__(cls, form: str = "") -> None:
         super().__init_subclass__()
         cls.form = form
 
@@ -36,3 +39,14 @@ class Result(Fields):
         from lobex.results.saving import save_dataset
 
         save_dataset(self.to_xarray(), path)
+
+
+class OfProcess(Result):
+    """What a verb finds of a process: what its gain is, how speeds are shown, the model, and the time that it took."""
+
+    _: KW_ONLY
+    quantity: Quantity
+    speed_unit: str = field(Attribute(Stored.unit))
+    process: dict[str, Any]
+    seconds: float
+    compiling: float
