@@ -68,6 +68,8 @@ def pytest_configure(config):
 
 
 def pytest_unconfigure(config):
+    # Ending, pytest and Python look for rubbish several times, which takes seconds with all that JAX keeps.
+    gc.freeze()
     if hasattr(config, "_compiled"):
         config._compiled.cleanup()
 

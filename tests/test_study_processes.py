@@ -45,7 +45,7 @@ def write_if_allowed(store, number, dataset):
 
 Store.write = write_if_allowed
 lobex.sweep(
-    rub, np.linspace(300, 700, 10), np.linspace(0, 4e6, 8), lobex.Chebyshev(16),
+    rub, np.linspace(300, 700, 4), np.linspace(1e5, 4e6, 3),
     over=over, store=sys.argv[1], processes=share, progress=True,
 )
 """
@@ -204,7 +204,7 @@ def test_children_end_when_this_process_fails_and_are_missed_when_they_do(tmp_pa
 
 
 # 210 speeds and 100 gains of a method by operators are two chunks.
-LOBES = ("lobes", "rub", "--elements", "1", "--speed", "300:700:210", "--gain", "0:4e6:100", "--nodes", "12")
+LOBES = ("lobes", "rub", "--elements", "1", "--speed", "700:1400:210", "--gain", "0:4e6:100", "--nodes", "10")
 
 
 def test_the_shell_shares_stores_verifies_and_exports(tmp_path, shell):
@@ -263,7 +263,7 @@ def test_bad_input_is_one_line_and_exit_code_2(arguments, words, shell):
 
 def test_wear_and_limits_go_to_stores_too(tmp_path, shell):
     march = ("wear", "--speed", "100:300:40", "--revolutions", "2", "--steps", "512", "--elements", "2", "--store", "w")
-    limits = ("limit", "rub", "--speed", "200:400:5", "--gain", "1e5:2e6:5", "--elements", "1", "--nodes", "16")
+    limits = ("limit", "rub", "--speed", "200:400:5", "--gain", "1e5:2e6:5", "--elements", "1", "--nodes", "6")
     for words in (march, (*limits, "--store", "l")):
         done = shell(*words, "--quiet")
         assert done.code == 0, done.err

@@ -106,8 +106,8 @@ def test_the_gradient_of_the_critical_gain_through_a_rod_in_every_form(slope):
         value, (by_modulus, by_speed) = jax.jit(
             jax.vmap(jax.value_and_grad(stiffness, argnums=(0, 1)), in_axes=(0, None))
         )(many, 100.0)
-        reverse = jax.jacrev(jax.vmap(stiffness))(many)
-        forward = jax.jacfwd(stiffness)(210e7)
+        reverse = jax.jit(jax.jacrev(jax.vmap(stiffness)))(many)
+        forward = jax.jit(jax.jacfwd(stiffness))(210e7)
     assert np.asarray(value) == pytest.approx([float(stiffness(e)) for e in many], rel=1e-11)
     assert float(by_modulus[1]) == pytest.approx(slope, rel=1e-8)
     # E → αE, f → √α f is K → αK: closed form.
