@@ -132,7 +132,7 @@ one_interval = lobex.Chebyshev(nodes=40, aligned=False)
 error = np.abs(lobex.spectral_radius(mill, limit.speed, limit.gain, one_interval) - 1)
 pieces = np.abs(lobex.spectral_radius(mill, limit.speed, limit.gain, lobex.Chebyshev(nodes=40)) - 1)
 few = np.s_[::6]
-naive = lobex.critical_gain(mill, speed[few], limit.bounds, one_interval, scan=65)
+naive = lobex.critical_gain(mill, speed[few], limit.bounds, one_interval, scan=33)
 off = np.abs(naive.gain / limit.gain[few] - 1)
 print(
     f"max|μ| on the limit, 40 nodes in one interval: off by {np.median(error):.0e} (median), {error.max():.0e} at most"

@@ -51,10 +51,9 @@ def test_multipliers_are_those_of_the_characteristic_equation(powers):
 
 def test_few_point_delays_come_to_it_with_twice_their_number():
     wanted = abs(multiplier(-3.0, (1.0, 0.0)))
-    error = [abs(lobex.spectral_radius(process(nodes=n), 1.0, -3.0, TWELVE) / wanted - 1) for n in (1, 2, 3)]
+    error = [abs(lobex.spectral_radius(process(nodes=n), 1.0, -3.0, TWELVE) / wanted - 1) for n in (1, 3)]
     assert error[0] > 0.1
-    assert error[1] < error[0] / 50
-    assert error[2] < error[1] / 10
+    assert error[1] < error[0] / 500
 
 
 def test_ends_that_follow_the_speed_and_a_kernel_that_is_a_number():
@@ -72,7 +71,7 @@ def test_a_forced_one_moves_as_its_transfer_function_says():
     def wave(t, speed, gain):
         return jnp.cos(2 * jnp.pi * t / SHARE)
 
-    motion = lobex.orbit(process(forcing=wave), 1.0, -1.0, TWELVE)
+    motion = lobex.orbit(process(nodes=8, forcing=wave), 1.0, -1.0, TWELVE)
     s = 2j * np.pi / SHARE
     transfer = 1 / (s - A + (1 - np.exp(-s)) / s)
     assert motion.displacement[:, 0] == pytest.approx(np.real(transfer * np.exp(s * motion.time)), abs=1e-10)

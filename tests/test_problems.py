@@ -44,9 +44,13 @@ LONG = ("teeth", "even teeth")
 QUICK = ("constant", "periodic", "short delay", "first order")
 
 
-def with_long(kinds: Any, long: Any) -> list[Any]:
-    """Kinds, of which long ones are left to the search."""
-    return [pytest.param(kind, marks=pytest.mark.search) if kind in long else kind for kind in kinds]
+def with_long(every: Any, long: Any) -> list[Any]:
+    """Kinds or problems, of which long ones are left to the search."""
+    return [pytest.param(one, marks=pytest.mark.search) if one in long else one for one in every]
+
+
+# Those of long kinds but one are left to the search.
+QUICKER = with_long(PROBLEMS, [p for p in PROBLEMS if p.kind in LONG and p is not ONE["teeth"]])
 
 
 def named(part: Any) -> str | None:
@@ -72,16 +76,12 @@ def assert_met(problem: Problem, method: Any) -> None:
         assert np.min(np.abs(found - value)) < problem.tolerance * max(1, abs(found[0]))
 
 
-@pytest.mark.parametrize("problem", PROBLEMS, ids=named)
+@pytest.mark.parametrize("problem", QUICKER, ids=named)
 def test_duhamel_meets_every_problem(problem):
     assert_met(problem, lobex.Duhamel(nodes=NODES[problem.kind][0]))
 
 
-@pytest.mark.parametrize(
-    "problem",
-    [pytest.param(p, marks=pytest.mark.search) if p.kind in LONG and p is not ONE["teeth"] else p for p in PROBLEMS],
-    ids=named,
-)
+@pytest.mark.parametrize("problem", QUICKER, ids=named)
 def test_chebyshev_meets_every_problem(problem):
     assert_met(problem, lobex.Chebyshev(NODES[problem.kind][1]))
 
