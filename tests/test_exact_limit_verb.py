@@ -105,7 +105,6 @@ def test_limits_save_load_and_print(tmp_path):
         (lambda: lobex.exact_limit(ROD, [0.0]), "speed = "),
         (lambda: lobex.exact_limit(ROD, []), "speed has shape (0,)"),
         (lambda: lobex.exact_limit(ROD.modes, [50.0]), "is no process"),
-        (lambda: lobex.exact_limit(lobex.Rub(lobex.Modes.plane(x=ROD.modes, y=ROD.modes)), [50.0]), "2 contact"),
         (lambda: lobex.exact_lobes(ROD, lobes=0), "lobes = 0"),
         (lambda: lobex.exact_lobes(lobex.Scalar(1.0)), "Scalar has no exact limit"),
     ],

@@ -540,7 +540,6 @@ PLANE = lobex.Modes.plane(x=SINGLE, y=SINGLE)
         (lambda: exact_critical(lobex.Scalar(0.5), 1.0), "lobex.limits.hayes"),
         (lambda: exact_critical("rod", 1.0), "source = 'rod'"),
         (lambda: exact_critical(lobex.Rub, 1.0), "has no exact limit"),
-        (lambda: exact_critical(lobex.Rub(PLANE), 60.0), "2 contact directions"),
         (lambda: exact_minimum(PLANE), "2 contact directions"),
         (lambda: exact_critical(ROD, 0.0), "speed = 0"),
         (lambda: exact_critical(ROD, [60.0, np.nan]), "speed = [60, nan]"),

@@ -14,8 +14,8 @@ from lobex.limits.sections import Sections
 from lobex.processes.process import Process
 from lobex.structures.modes import Modes
 from lobex.systems.form import by_form
-from lobex.systems.one_force import OneForce, one_force
-from lobex.systems.system import DelaySystem
+from lobex.systems.one_force import one_force
+from lobex.systems.system import DelaySystem, dense_outputs
 from lobex.systems.traits import followers
 
 Array = Any
@@ -26,6 +26,9 @@ _ROUNDING = 1e-12
 # Of a pole by eigenvalues on the imaginary axis, in units of its size.
 _STILL = 1e-14
 _GOLDEN = (5**0.5 - 1) / 2
+# Of a damping ratio beside which eigenvalues of a receptance keep too few digits.
+_UNDAMPED = 1e-9
+_FREE = "has several contact directions, and a mode without damping"
 # In the place of a measurement.
 _ONE = Modes(np.ones(1), np.full(1, 0.1), np.ones((1, 1)))
 
@@ -42,6 +45,12 @@ class Regeneration(NamedTuple):
     stiffness: Array
 
 
+class Contacts(NamedTuple):
+    """Several forces −K [y − y(t − τ)] with the receptance matrix G, τ the period."""
+
+    receptance: Sections
+
+
 class Rate(NamedTuple):
     """ż = a z + K b z(t − τ) of a single state, τ the period, b > 0.
 
@@ -55,22 +64,23 @@ class Rate(NamedTuple):
 
 
 class _Numbers(NamedTuple):
-    """What the numbers of a process say: why there is no closed form; whether it is that of a single state; whether
-    blocks of two states are the structure's; and whether its velocities are seen.
+    """What the numbers of a process say: why there is no closed form; whether it is that of a single state, or of
+    several forces; whether blocks of two states are the structure's; and whether its velocities are seen.
     """
 
     why: str | None
     single: bool = False
+    several: bool = False
     blocks: bool = False
     rates: bool = False
 
 
-def closed_form(process: Process) -> Regeneration | Rate | str:
+def closed_form(process: Process) -> Regeneration | Contacts | Rate | str:
     """What the closed form of a limit takes, or in words why there is none.
 
-    It needs constant coefficients, one force, one delay that is the period, which is one revolution, and a structure
-    that follows neither speed nor gain: then D-subdivision (Neimark, 1949) of a force K [y − y(t − τ)], or Hayes'
-    limits (1950) of a single state.
+    It needs constant coefficients, one delay that is the period, which is one revolution, and a structure that follows
+    neither speed nor gain: then D-subdivision (Neimark, 1949) of a force K [y − y(t − τ)], or of several with each
+    displacement in its own track, or Hayes' limits (1950) of a single state.
     Of numbers that JAX traces others are looked at in their place, which no coincidence would make regenerative.
     """
     measured = [leaf for leaf in jax.tree.leaves(process, is_leaf=_is_measured) if _is_measured(leaf)]
@@ -92,7 +102,7 @@ def closed_form(process: Process) -> Regeneration | Rate | str:
         return made if isinstance(made, str) else jax.tree.map(np.asarray, made)
 
 
-def _made(process: Process, found: _Numbers, measured: list[Receptance]) -> Regeneration | Rate | str:
+def _made(process: Process, found: _Numbers, measured: list[Receptance]) -> Regeneration | Contacts | Rate | str:
     system = process.system(_SPEED, 1.0)
     held, present, delayed = _feedback(process)
     if measured:
@@ -101,11 +111,18 @@ def _made(process: Process, found: _Numbers, measured: list[Receptance]) -> Rege
     if found.single:
         own = system.blocks[0] + system.input_matrix() @ held @ system.output_matrix()
         return Rate(own[0, 0], force.inputs[0] * force.delayed[0])
+    inputs, seen = force.inputs, -force.present
+    if found.several:
+        inputs, seen = _of_full_rank(system.input_matrix(), -present @ system.output_matrix())
     if found.blocks:
-        return Regeneration(_by_blocks(system, force, found.rates), 1.0)
-    if _checks.is_traced((system, held, force)):
+        sections = _by_blocks(system, inputs, seen, found.rates)
+    elif _checks.is_traced((system, held, inputs, seen)):
         return "has a structure without modes, which JAX traces"
-    return _by_poles(system, held, force)
+    else:
+        sections = _by_poles(system, held, inputs, seen)
+    if isinstance(sections, str):
+        return sections
+    return Contacts(sections) if found.several else Regeneration(sections, 1.0)
 
 
 @by_form
@@ -151,44 +168,77 @@ def _of_numbers(process: Process, measured: bool) -> _Numbers:
     if not np.allclose(turns, 1.0, rtol=0.0, atol=_ROUNDING):
         return _Numbers("has another period than one revolution")
     inputs, now, then, apart = one_force(system, present, delayed)
-    if apart:
+    if apart and measured:
         return _Numbers(f"has {system.force_size} contact directions")
+    if apart:
+        inputs = system.input_matrix()
+        now, then = present @ system.output_matrix(), delayed @ dense_outputs(system.recalled)
     if system.state_size == 1 and not np.any(now):
         positive = bool(inputs @ then > 0)
         return _Numbers(None if positive else "has a delayed gain of another sign", single=True)
-    if not np.any(now) or not np.allclose(now, -then, rtol=0.0, atol=_ROUNDING * np.max(np.abs(now))):
+    acting, before = (inputs @ now, inputs @ then) if apart else (now, then)
+    if not np.any(now) or not np.allclose(acting, -before, rtol=0.0, atol=_ROUNDING * np.max(np.abs(acting))):
         return _Numbers("has a force that is not one of what is now less what was a period ago")
     if measured and np.any(present > 0):
         return _Numbers("has a force along what is measured, and not against it")
     blocks = np.asarray(system.blocks)
     small = blocks.shape[1] == 2 and not np.any(held)
-    still = small and not np.any(np.sum((now * inputs).reshape(-1, 2), axis=1))
+    still = small and not np.any(_by_block(now.T, inputs))
     if small:
         determinant, trace = np.linalg.det(blocks), np.trace(blocks, axis1=1, axis2=2)
         if np.any(determinant <= 0) or np.any(trace > 0):
             return _Numbers("has a structure that is not stable by itself")
-    return _Numbers(None, blocks=small, rates=not still)
+        if apart and np.any(-trace <= _UNDAMPED * np.sqrt(determinant)):
+            return _Numbers(_FREE)
+    return _Numbers(None, several=bool(apart), blocks=small, rates=not still)
 
 
-def _by_blocks(system: DelaySystem, force: OneForce, rates: bool) -> Sections:
-    """G of blocks of two states."""
-    lib = namespace(system.blocks, force)
+def _by_block(seen: Array, inputs: Array) -> Array:
+    """Of blocks of two states what each force does at once to what each output sees, (n,) or (n, m, m)."""
+    if np.ndim(inputs) == 1:
+        return np.sum((seen * inputs).reshape(-1, 2), axis=1)
+    return np.einsum("nio,nif->nof", *(part.reshape(-1, 2, part.shape[1]) for part in (seen, inputs)))
+
+
+def _of_full_rank(inputs: Array, seen: Array) -> tuple[Array, Array]:
+    """E, (d, m), and C, (m, d), with the product of those that are given, and no more forces than it takes."""
+    if _checks.is_traced((inputs, seen)):
+        return inputs, seen
+    left, size, right = np.linalg.svd(np.asarray(inputs) @ np.asarray(seen))
+    rank = int(np.sum(size > _ROUNDING * size[0]))
+    if rank == np.shape(inputs)[1]:
+        return inputs, seen
+    return left[:, :rank] * size[:rank], right[:rank]
+
+
+def _by_blocks(system: DelaySystem, inputs: Array, seen: Array, rates: bool) -> Sections:
+    """G of blocks of two states, of a force (d,) and what it sees, (d,), or of several, (d, m) and (m, d)."""
+    lib = namespace(system.blocks, inputs, seen)
     a = lib.asarray(system.blocks)
-    (e0, e1), (c0, c1) = (lib.asarray(part).reshape(-1, 2).T for part in (force.inputs, -force.present))
+    if np.ndim(inputs) == 1:
+        (e0, e1), (c0, c1) = (lib.asarray(part).reshape(-1, 2).T for part in (inputs, seen))
+        a00, a01, a10, a11 = a[:, 0, 0], a[:, 0, 1], a[:, 1, 0], a[:, 1, 1]
+    else:
+        e0, e1 = (lib.asarray(inputs)[start::2, None, :] for start in (0, 1))
+        c0, c1 = (lib.asarray(seen).T[start::2, :, None] for start in (0, 1))
+        a00, a01, a10, a11 = (a[:, i, j, None, None] for i in (0, 1) for j in (0, 1))
     own = lib.sqrt(a[:, 0, 0] * a[:, 1, 1] - a[:, 0, 1] * a[:, 1, 0])
     return Sections(
         angular_frequency=own,
         damping_ratio=-(a[:, 0, 0] + a[:, 1, 1]) / (2 * own),
-        weight=c0 * (a[:, 0, 1] * e1 - a[:, 1, 1] * e0) + c1 * (a[:, 1, 0] * e0 - a[:, 0, 0] * e1),
+        weight=c0 * (a01 * e1 - a11 * e0) + c1 * (a10 * e0 - a00 * e1),
         rate=c0 * e0 + c1 * e1 if rates else None,
     )
 
 
-def _by_poles(system: DelaySystem, held: Array, force: OneForce) -> Regeneration | str:
-    """G of any structure, by its pairs of poles."""
+def _by_poles(system: DelaySystem, held: Array, inputs: Array, seen: Array) -> Sections | str:
+    """G of any structure, by its pairs of poles, of forces and what they see as of ``_by_blocks``."""
     drift = np.asarray(system.drift() + system.input_matrix() @ held @ system.output_matrix())
-    loops = responses(drift[None], np.asarray(force.inputs)[None], -np.asarray(force.present)[None, None])
-    first, constant = (part[:, 0, 0] for part in loops[:2])
+    one = np.ndim(inputs) == 1
+    acting, outputs = np.asarray(inputs)[None] if one else np.asarray(inputs).T, np.atleast_2d(seen)
+    alike = (np.broadcast_to(part, (len(acting), *part.shape)) for part in (drift, outputs))
+    loops = responses(next(alike), acting, next(alike))
+    first, constant = (part[:, 0, 0] if one else part for part in loops[:2])
     upper, lower = (part[:, 0] for part in loops[2:])
     size = np.abs(upper)
     if np.any(lower.real == -FAR):
@@ -197,7 +247,9 @@ def _by_poles(system: DelaySystem, held: Array, force: OneForce) -> Regeneration
         return "has a structure that is not stable by itself"
     own = np.sqrt((upper * lower).real)
     ratio = np.where(np.abs(upper.real) > _STILL * size, -(upper + lower).real / (2 * own), 0.0)
-    return Regeneration(Sections(own, ratio, constant, first), 1.0)
+    if not one and np.any(ratio <= _UNDAMPED):
+        return _FREE
+    return Sections(own, ratio, constant, first)
 
 
 def _others(process: Process) -> Any:

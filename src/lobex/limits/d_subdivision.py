@@ -1,11 +1,12 @@
-"""The exact stability limit of constant regenerative feedback in one direction, by D-subdivision.
+"""The exact stability limit of constant regenerative feedback, by D-subdivision.
 
 With the receptance G, the characteristic equation 1 + K G(ω)(1 − e^{−jωτ}) = 0 has an imaginary root jω where
 K = −1/(2 Re G), Re G < 0, and ωτ − 2 arg G = (2j + 1)π with arg G in (−2π, 0): the classical lobes (Tlusty and
 Poláček, 1963). K = 0 is stable, so the limit at a speed is the least K over all ω and all lobes j = 1, 2, …
 As Re G < 0 holds arg G in (−3π/2, −π/2), ωτ lies in ((2j − 2)π, 2jπ), and no other j has a delay above zero. A driving
 point, Im G < 0, has the upper half of that alone; where force and displacement have directions of their own, G may
-have any argument, and Re G < 0 below the first mode too.
+have any argument, and Re G < 0 below the first mode too. Of several contacts, each in its own track, every eigenvalue
+of their receptance is such a G.
 """
 
 from functools import partial
@@ -20,24 +21,29 @@ from lobex._batches import in_batches
 from lobex._float64 import in_float64
 from lobex._namespace import namespace
 from lobex._pytree import pytree
+from lobex.characteristic.lanes import few
 from lobex.limits.above import above
-from lobex.limits.closed_form import Regeneration, closed_form
+from lobex.limits.closed_form import Contacts, Regeneration, closed_form
+from lobex.limits.eigenvalue_branches import along
 from lobex.limits.lobe_search import LobePoint, lowest_lobe_point
 from lobex.limits.modal_curve import ModalCurve
 from lobex.limits.phase import half_turns, phase
 from lobex.limits.receptance import Receptance, SampledCurve, receptance
 from lobex.limits.receptance_curve import ReceptanceCurve
-from lobex.limits.sections import from_parts, on_boundary, sections_of
+from lobex.limits.sections import Sections, from_parts, on_boundary, sections_of
+from lobex.limits.several_contacts import Branched, branched, settled
 from lobex.limits.stretches import Stretches, stretches
 from lobex.processes.process import Process, check_speed
 from lobex.structures.modes import Modes
 
 Array = Any
-Source = Modes | Receptance | Regeneration | Process
+Source = Modes | Receptance | Regeneration | Contacts | Process
 
 # Speeds that are searched together: their phases at all stretches stay in cache.
 _BATCH = 128
-_MOST_LOBES = 10_000
+# Of several contacts: programs are compiled for their number.
+_STRETCHES = 4096
+MOST_LOBES = 10_000
 
 
 @pytree()
@@ -102,12 +108,23 @@ def exact_branches(source: Source, omega: Array, lobes: int = 10) -> ExactBranch
     Raises:
         ValueError: for a source of another kind, several contact directions, or ω not above zero.
     """
-    found = regeneration_of(source)
+    found = source_of(source)
+    if isinstance(found, Contacts):
+        raise ValueError(f"source = {_checks.brief(source)} has several contact directions; give exact_lobes")
     omega = np.asarray(omega) if isinstance(omega, list | tuple) else omega
     _checks.positive("omega", omega, "rad/s")
     if np.ndim(omega) != 1:
         raise ValueError(f"omega has shape {np.shape(omega)}; give a one-dimensional array")
-    return ExactBranches(*_branches(found, omega, _checks.integer("lobes", lobes, 1, _MOST_LOBES)))
+    return ExactBranches(*_branches(found, omega, _checks.integer("lobes", lobes, 1, MOST_LOBES)))
+
+
+def branches_of_several(sections: Sections, omega: Array, lobes: int) -> tuple[Array, ExactBranches]:
+    """``exact_branches`` of m contacts at ω (n,), and ω with them, (m (n + 1),).
+
+    One eigenvalue of their receptance follows the other, with NaN between them.
+    """
+    omega, response = along(sections, omega)
+    return omega, ExactBranches(*_curves(response, omega, lobes))
 
 
 def exact_critical(source: Source, speed: Array, lowest: Array | None = None) -> ExactCritical:
@@ -120,7 +137,9 @@ def exact_critical(source: Source, speed: Array, lowest: Array | None = None) ->
     separates the zeros of Re G and of those derivatives. Work is bounded; nothing grows with ωτ.
 
     Differentiable with respect to speed and every number in ``source``, twice: two Newton steps on the root
-    carry the derivative. ``jit`` and ``vmap`` work, and inputs under them keep their precision.
+    carry the derivative. ``jit`` and ``vmap`` work, and inputs under them keep their precision. Of several contacts
+    the stretches are those of the eigenvalues of their receptance, see ``eigenvalue_branches``, whose cells depend on
+    the numbers: once differentiable, and not within ``jit`` or ``vmap``.
 
     Args:
         source: what ``exact_limit`` takes, or the ``Modes`` (one contact direction) or ``Receptance`` of a rub.
@@ -133,12 +152,17 @@ def exact_critical(source: Source, speed: Array, lowest: Array | None = None) ->
         gain ``lowest`` is unstable.
 
     Raises:
-        ValueError: for a source of another kind, several contact directions, or speeds that are not above
-            zero, not finite, or by their size rpm.
+        ValueError: for a source of another kind, speeds that are not above zero, not finite, or by their size rpm; and
+            for several contacts traced by ``jit`` or ``vmap``, or with ``lowest``.
     """
-    found = regeneration_of(source)
+    found = source_of(source)
     speed = np.asarray(speed) if isinstance(speed, list | tuple) else speed
     check_speed(source, speed)  # pyright: ignore[reportArgumentType]
+    if isinstance(found, Contacts):
+        if lowest is not None:
+            raise ValueError(f"lowest = {lowest!r} is for one contact direction; give None")
+        branches, still = branched(found.receptance, speed)
+        return ExactCritical(*settled(found.receptance, speed, still, *_critical(branches, still, None)))
     return ExactCritical(*_critical(found, speed, lowest))
 
 
@@ -146,18 +170,23 @@ def exact_minimum(source: Source, lobes: int = 10) -> ExactMinimum:
     """The least stability limit over all speeds, −1/(2 min Re G), and the speeds at which lobes reach it.
 
     For one mode of stiffness k it is 2kξ(1 + ξ) at ω = ωₙ√(1 + 2ξ). Differentiable once with respect to every
-    number in ``source``. Arguments and errors as for ``exact_branches``.
+    number in ``source``. Arguments and errors as for ``exact_branches``; of a process with several contacts it is that
+    of all eigenvalues of their receptance, and not differentiable.
     """
-    return ExactMinimum(*_minimum(regeneration_of(source), _checks.integer("lobes", lobes, 1, _MOST_LOBES)))
+    found = source_of(source)
+    if isinstance(found, Contacts):
+        _checks.untraced("exact_minimum of several contacts", source=source)
+        found, _ = branched(found.receptance, np.zeros(1))
+    return ExactMinimum(*_minimum(found, _checks.integer("lobes", lobes, 1, MOST_LOBES)))
 
 
-def regeneration_of(source: Any) -> Regeneration:
+def source_of(source: Any) -> Regeneration | Contacts:
     """What D-subdivision takes of a process with a closed form, of modes, or of a measured receptance.
 
     Raises:
         ValueError: for another source.
     """
-    if isinstance(source, Regeneration):
+    if isinstance(source, Regeneration | Contacts):
         return source
     if isinstance(source, Receptance):
         return Regeneration(source, 1.0)
@@ -168,15 +197,17 @@ def regeneration_of(source: Any) -> Regeneration:
             f"source = {_checks.brief(source)} has no exact limit; give a process, lobex.Modes or lobex.Receptance"
         )
     found = closed_form(source)
-    if isinstance(found, Regeneration):
+    if isinstance(found, Regeneration | Contacts):
         return found
     why = found if isinstance(found, str) else "is Hayes' equation, of which lobex.limits.hayes has the limits"
     raise ValueError(f"process = {type(source).__name__} has no exact limit by D-subdivision: it {why}")
 
 
-def _curve(source: Regeneration) -> ReceptanceCurve:
+def _curve(source: Regeneration | Branched) -> ReceptanceCurve:
     """Its receptance."""
-    part = source.receptance
+    part: Any = source.receptance
+    if isinstance(source, Branched):
+        return part
     return SampledCurve(part) if isinstance(part, Receptance) else ModalCurve(part)
 
 
@@ -190,11 +221,16 @@ def _gain(curve: ReceptanceCurve, row: Array, offset: Array) -> Array:
 def _branches(source: Regeneration, omega: Array, lobes: int) -> tuple[Array, Array]:
     lib = namespace(source, omega)
     omega = lib.asarray(omega, dtype=lib.result_type(float))
-    response = receptance(source.receptance, omega)
+    gain, speed = _curves(receptance(source.receptance, omega), omega, lobes)
+    return gain / source.stiffness, speed
+
+
+def _curves(response: Array, omega: Array, lobes: int) -> tuple[Array, Array]:
+    lib = namespace(response, omega)
     there = response.real < 0
     real = lib.where(there, response.real, -1.0)
     speed = _lobe_speeds(from_parts(real, response.imag), omega, lobes)
-    return lib.where(there, on_boundary(real) / source.stiffness, lib.nan), lib.where(there, speed, lib.nan)
+    return lib.where(there, on_boundary(real), lib.nan), lib.where(there, speed, lib.nan)
 
 
 def _lobe_speeds(response: Array, omega: Array, lobes: int) -> Array:
@@ -202,14 +238,23 @@ def _lobe_speeds(response: Array, omega: Array, lobes: int) -> Array:
     return omega / (2 * jnp.pi * (numbers - half_turns(response)))
 
 
+def _stretches(source: Regeneration | Branched) -> Stretches:
+    parts = _every_stretch(source)
+    if not isinstance(source, Branched):
+        return parts
+    # Of many rows most have none.
+    some = few(max(int(np.sum(np.isfinite(parts.gain))), _STRETCHES))
+    return jax.tree.map(lambda part: np.asarray(part)[:some], parts)
+
+
 # Of a structure, whatever is asked of it.
 @jax.jit
-def _stretches(source: Regeneration) -> Stretches:
+def _every_stretch(source: Regeneration | Branched) -> Stretches:
     return stretches(_curve(jax.lax.stop_gradient(source)))
 
 
 @in_float64
-def _critical(source: Regeneration, speed: Array, lowest: Array | None) -> tuple[Array, Array, Array, Array]:
+def _critical(source: Regeneration | Branched, speed: Array, lowest: Array | None) -> tuple[Array, Array, Array, Array]:
     lib = namespace(source, speed, lowest)
     speed = lib.asarray(speed, dtype=lib.result_type(float))
     flat, parts, count = speed.ravel(), _stretches(source), speed.size
@@ -230,7 +275,7 @@ def _critical(source: Regeneration, speed: Array, lowest: Array | None) -> tuple
 
 @jax.jit
 def _limits(
-    source: Regeneration, parts: Stretches, lowest: Array | None, speed: Array
+    source: Regeneration | Branched, parts: Stretches, lowest: Array | None, speed: Array
 ) -> tuple[Array, Array, Array, Array]:
     """At speeds (b,)."""
     curve = _curve(source)
@@ -262,12 +307,12 @@ def _follow(curve: ReceptanceCurve, speed: Array, found: LobePoint) -> Array:
 
 
 @in_float64
-def _minimum(source: Regeneration, lobes: int) -> tuple[Array, Array, Array]:
+def _minimum(source: Regeneration | Branched, lobes: int) -> tuple[Array, Array, Array]:
     return _least(source, _stretches(source), lobes)
 
 
 @partial(jax.jit, static_argnames="lobes")
-def _least(source: Regeneration, parts: Stretches, lobes: int) -> tuple[Array, Array, Array]:
+def _least(source: Regeneration | Branched, parts: Stretches, lobes: int) -> tuple[Array, Array, Array]:
     curve = _curve(source)
     lowest = jax.tree.map(lambda a: a[0], parts)
     row, offset = lowest.row, lowest.low

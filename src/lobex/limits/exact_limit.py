@@ -9,8 +9,16 @@ from lobex import _checks
 from lobex._float64 import in_float64
 from lobex._pytree import pytree
 from lobex._timing import timed
-from lobex.limits.closed_form import Rate, closed_form
-from lobex.limits.d_subdivision import ExactMinimum, exact_branches, exact_critical, exact_minimum, regeneration_of
+from lobex.limits.closed_form import Contacts, Rate, Regeneration, closed_form
+from lobex.limits.d_subdivision import (
+    MOST_LOBES,
+    ExactMinimum,
+    branches_of_several,
+    exact_branches,
+    exact_critical,
+    exact_minimum,
+    source_of,
+)
 from lobex.limits.hayes import hayes_interval
 from lobex.limits.modal_curve import ModalCurve
 from lobex.limits.receptance import Receptance
@@ -37,7 +45,8 @@ class ExactLobes:
     """The stability boundary as curves over ω: every lobe is (speed[j − 1], gain).
 
     Attributes:
-        angular_frequency: ω, increasing, (n,), rad/s.
+        angular_frequency: ω, increasing, (n,), rad/s; of several contacts so for each eigenvalue of their receptance,
+            one after the other with a gap of NaN between.
         gain: (n,), N/m or m; NaN where no gain is on the boundary.
         speed: speeds at which lobes 1, 2, … pass there, (lobes, n), Hz.
         minimum: the least limit over all speeds, with its speeds.
@@ -50,27 +59,31 @@ class ExactLobes:
 
 
 def exact_limit(process: Process, speed: Any) -> Limit:
-    """The stability limit in closed form: a force K [y − y(t − τ)] in one direction, any number of modes.
+    """The stability limit in closed form: forces K [y − y(t − τ)] and any number of modes.
 
     D-subdivision over all lobes and modes, of ``Rub`` and ``Turning``, with modes or with a measured ``Receptance`` in
     their place, and of any process whose equations say the same: constant coefficients that are proportional to the
     gain, one delay, which is the period and one revolution, and a structure that is stable by itself and follows
     neither speed nor gain. Hayes' limits for a single state, such as ``Scalar``, whose ``gain`` is the upper one.
-    Good to 1e-12 relative, and differentiable with respect to speed and every number in the process. ``intervals``
-    holds the stable interval below the limit; whether the process is stable again above it is not looked at.
+    Several contacts, each in its own track, are as many of one with the eigenvalues of their receptance for a
+    receptance: modes with damping and several directions, or forces −K W [y − y(t − τ)] with any matrix W.
+    Good to 1e-12 relative, and differentiable with respect to speed and every number in the process; of several
+    contacts once, and outside ``jit`` and ``vmap``. ``intervals`` holds the stable interval below the limit; whether
+    the process is stable again above it is not looked at.
 
     Args:
         process: ``Rub``, ``Turning``, ``Scalar``, or one of your own of that form.
         speed: speeds, Hz (revolutions per second), (n,) or one number.
 
     Returns:
-        A ``Limit``; status "tie" marks a cusp between two lobes, where the derivative is that of one side, "beyond the
-        measured frequencies" a speed without a limit in the band of a ``Receptance``, and "undefined" one at which a
-        mode without damping turns a whole number of times per revolution, see ``lobex.limits.undamped``.
+        A ``Limit``; status "tie" marks a cusp between two lobes, or two eigenvalues with the same limit, where the
+        derivative is that of one side, "beyond the measured frequencies" a speed without a limit in the band of a
+        ``Receptance``, and "undefined" one at which a mode without damping turns a whole number of times per
+        revolution, see ``lobex.limits.undamped``.
 
     Raises:
-        ValueError: for a process of another form, such as one with periodic coefficients or several contact directions,
-            in words; and for speeds that are not positive and finite.
+        ValueError: for a process of another form, such as one with periodic coefficients or contacts in the track of
+            each other, in words; and for speeds that are not positive and finite.
 
     Warns:
         LobexWarning: for numbers that can hardly be meant: speeds in rpm, damping in per cent.
@@ -93,7 +106,7 @@ def exact_limit(process: Process, speed: Any) -> Limit:
             by_lobes = exact_critical(found, speed)
             gain, frequency, tie = by_lobes.gain, by_lobes.chatter_frequency, by_lobes.tie
             kind, low = Kind.HOPF, 0.0
-    seen = None if isinstance(found, Rate) else found.receptance
+    seen = found.receptance if isinstance(found, Regeneration) else None
     neutral = undefined(seen, speed) if isinstance(seen, Sections) else lib.zeros(speed.shape, bool)
     gain, frequency = (lib.where(neutral, lib.nan, part) for part in (gain, frequency))
     there = lib.isfinite(gain)
@@ -126,17 +139,21 @@ def exact_lobes(process: Process, lobes: int = 10) -> ExactLobes:
         lobes: number of lobes, from the first, the one of highest speed.
 
     Raises:
-        ValueError: for any other process, several contact directions, or fewer than one lobe.
+        ValueError: for any other process, or fewer than one lobe.
 
     Warns:
         LobexWarning: for damping that can only be in per cent.
     """
     check_process(process)
     _checks.untraced("exact_lobes", process=process)
-    found = regeneration_of(process)
+    found = source_of(process)
     warn_of_implausible(process, [])
     omega = _frequencies(found.receptance)
-    curves = exact_branches(found, omega, lobes)
+    if isinstance(found, Contacts):
+        lobes = _checks.integer("lobes", lobes, 1, MOST_LOBES)
+        omega, curves = branches_of_several(found.receptance, omega, lobes)
+    else:
+        curves = exact_branches(found, omega, lobes)
     return ExactLobes(omega, curves.gain, curves.speed, exact_minimum(found, lobes))
 
 

@@ -15,13 +15,13 @@ Array = Any
 
 @pytree()
 class Sections:
-    """G(s) = Σ (β + α s)/(s² + 2ξω s + ω²) at a contact.
+    """G(s) = Σ (β + α s)/(s² + 2ξω s + ω²) at a contact, or at m of them a matrix.
 
     Attributes:
         angular_frequency: ω, (n,), rad/s.
         damping_ratio: ξ, (n,).
-        weight: β, (n,), 1/kg.
-        rate: α, (n,), s/kg; None where no velocity is seen.
+        weight: β, (n,), or (n, m, m), of what each contact sees of the force of each, 1/kg.
+        rate: α, as many, s/kg; None where no velocity is seen.
     """
 
     angular_frequency: Array
@@ -44,7 +44,7 @@ def on_boundary(value: Array) -> Array:
 
 
 def modal_response(sections: Sections, distance: Array, omega: Array) -> tuple[Array, Array, Array]:
-    """G, G′ and G″ at ω, shape (…,), where ``distance`` is ωᵢ − ω, shape (…, n)."""
+    """G, G′ and G″ at ω, shape (…,) or (…, m, m), where ``distance`` is ωᵢ − ω, shape (…, n)."""
     lib = namespace(sections, distance, omega)
     angular_frequency, weight = map(lib.asarray, (sections.angular_frequency, sections.weight))
     damping = 2 * lib.asarray(sections.damping_ratio) * angular_frequency
@@ -52,6 +52,8 @@ def modal_response(sections: Sections, distance: Array, omega: Array) -> tuple[A
     inverse = 1 / from_parts(distance * (angular_frequency + omega), damping * omega)
     ratio = from_parts(-2 * omega, damping) * inverse
     terms = (inverse, -inverse * ratio, 2 * inverse * (ratio**2 + inverse))
+    if np.ndim(weight) == 3:
+        return _of_contacts(sections, terms, omega)
     parts: list[Array] = [weight * term for term in terms]
     if sections.rate is not None:
         # (β + jαω)/D, whose numerator has the slope jα.
@@ -60,6 +62,17 @@ def modal_response(sections: Sections, distance: Array, omega: Array) -> tuple[A
         parts = [part + steep * (omega * term + more) for part, term, more in zip(parts, terms, further, strict=True)]
     response, slope, bend = (lib.sum(part, axis=-1) for part in parts)
     return response, slope, bend
+
+
+def _of_contacts(sections: Sections, terms: tuple[Array, ...], omega: Array) -> tuple[Array, Array, Array]:
+    """As ``modal_response``, from 1/D and its derivatives, where weights are matrices."""
+    lib = namespace(sections, terms)
+    response, slope, bend = (lib.tensordot(term, sections.weight, 1) for term in terms)
+    if sections.rate is None:
+        return response, slope, bend
+    rated = omega * terms[0], omega * terms[1] + terms[0], omega * terms[2] + 2 * terms[1]
+    more = [1j * lib.tensordot(term, sections.rate, 1) for term in rated]
+    return response + more[0], slope + more[1], bend + more[2]
 
 
 def from_parts(real: Array, imaginary: Array) -> Array:

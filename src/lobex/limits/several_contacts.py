@@ -1,0 +1,123 @@
+"""The exact limit of several contacts: found on the branches of the eigenvalues, settled on the eigenvalue itself."""
+
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+
+from lobex import _checks
+from lobex._namespace import namespace
+from lobex.limits.eigenvalue_branches import EigenvalueBranches, eigenvalue_branches
+from lobex.limits.phase import half_turn_rate, half_turns
+from lobex.limits.sections import Sections, modal_response, on_boundary
+
+Array = Any
+
+_STEPS = 3
+# Of the frequency, how far a branch may be from what it stands for.
+_ASIDE = 1e-6
+# Two eigenvalues within this relative distance are a tie.
+_TIE = 1e-9
+
+
+class Branched(NamedTuple):
+    """As ``Regeneration``, with the eigenvalues of a receptance for one."""
+
+    receptance: EigenvalueBranches
+    stiffness: float = 1.0
+
+
+def branched(sections: Sections, speed: Array) -> tuple[Branched, Array]:
+    """The eigenvalues of a receptance, and the speeds, Hz, up to which they serve, as the numbers that they are.
+
+    Raises:
+        ValueError: where JAX does not know these, as within ``jit`` and ``vmap``.
+    """
+    sections, speed = _numbers((sections, speed))
+    return Branched(eigenvalue_branches(sections, 2 * np.pi * np.max(speed, initial=0.0))), speed
+
+
+def settled(
+    sections: Sections, speed: Array, still: Array, gain: Array, omega: Array, lobe: Array, tie: Array
+) -> tuple[Array, Array, Array, Array]:
+    """Gain, ω, lobe and tie from those of the branches: to rounding, and with their first derivative.
+
+    With the vectors of an eigenvalue λ, xᵀ y = 1, it is xᵀ G y, and so is its derivative.
+
+    Args:
+        sections: G of the contacts.
+        speed: (…), Hz, and ``still`` what of it is a number.
+    """
+    there = np.isfinite(gain)
+    known = _numbers(sections)
+    place = np.where(there, omega, known.angular_frequency[0])
+    # On the boundary 1 + K λ (1 − e^{−jωτ}) = 0.
+    value = -1 / (np.where(there, gain, 1.0) * (1 - np.exp(-1j * np.where(there, place / still, 1.0))))
+    for _ in range(_STEPS):
+        left, right, twice = _vectors(known, place, value)
+        value, miss, rate = _missed(known, left, right, still, place, lobe)
+        step = miss / np.where(rate == 0, np.inf, rate)
+        place = place - np.where(np.abs(step) < _ASIDE * place, step, 0.0)
+    left, right, twice = _vectors(known, place, value)
+    traced = _checks.is_traced((sections, speed))
+    gain, omega = (_carried if traced else _on_the_boundary)(sections, speed, left, right, place, lobe)
+    # A product, so that where there is no limit its derivative is no number either.
+    some = np.where(there, 1.0, np.nan)
+    return some * gain, some * omega, lobe, tie | twice & there
+
+
+def _on_the_boundary(
+    sections: Sections, speed: Array, left: Array, right: Array, omega: Array, lobe: Array
+) -> tuple[Array, Array]:
+    return on_boundary(_missed(sections, left, right, speed, omega, lobe)[0].real), omega
+
+
+@jax.jit
+def _carried(
+    sections: Sections, speed: Array, left: Array, right: Array, omega: Array, lobe: Array
+) -> tuple[Array, Array]:
+    """As above, with derivatives: a step of Newton's method from the root carries them."""
+    _, miss, rate = _missed(sections, left, right, speed, omega, lobe)
+    omega = omega - (miss - jax.lax.stop_gradient(miss)) / rate
+    return _on_the_boundary(sections, speed, left, right, omega, lobe)
+
+
+def _numbers(tree: Any) -> Any:
+    """What ``grad`` traces as the numbers that it is, in NumPy."""
+
+    def one(leaf: Any) -> np.ndarray:
+        # Of what is not traced it would be one of single precision.
+        still = jax.lax.stop_gradient(leaf) if _checks.is_traced(leaf) else leaf
+        if _checks.is_traced(still):
+            raise ValueError(
+                "process has several contact directions, and its numbers are traced by JAX; call exact_limit outside "
+                "jit and vmap, within grad alone, or give critical_gain"
+            )
+        return np.asarray(still, dtype=float)
+
+    return jax.tree.map(one, tree)
+
+
+def _vectors(sections: Sections, omega: Array, expected: Array) -> tuple[Array, Array, Array]:
+    """Of the eigenvalue nearest to the one expected at ω, (…), the vectors x and y, and whether it has a double."""
+    values, vectors = np.linalg.eig(_responses(sections, omega)[0])
+    nearest = np.argmin(np.abs(values - expected[..., None]), axis=-1)[..., None]
+    value = np.take_along_axis(values, nearest, axis=-1)
+    double = np.sum(np.abs(values - value) <= _TIE * np.abs(value), axis=-1) > 1
+    left = np.take_along_axis(np.linalg.inv(vectors), nearest[..., None], axis=-2)[..., 0, :]
+    return left, np.take_along_axis(vectors, nearest[..., None], axis=-1)[..., 0], double
+
+
+def _missed(
+    sections: Sections, left: Array, right: Array, speed: Array, omega: Array, lobe: Array
+) -> tuple[Array, Array, Array]:
+    """λ at ω, by how many turns the phase misses that of the lobe, and the derivative of that by ω."""
+    lib = namespace(sections, omega)
+    response, slope = (lib.einsum("...i,...ij,...j", left, part, right) for part in _responses(sections, omega)[:2])
+    rate = 1 / (2 * np.pi * speed)
+    return response, (omega * rate - lobe) + half_turns(response), rate + half_turn_rate(response, slope)
+
+
+def _responses(sections: Sections, omega: Array) -> tuple[Array, Array, Array]:
+    lib = namespace(sections, omega)
+    return modal_response(sections, lib.asarray(sections.angular_frequency) - omega[..., None], omega)
