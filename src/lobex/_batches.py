@@ -2,9 +2,11 @@
 
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 
 from lobex._devices import on_device, workers
@@ -15,17 +17,19 @@ _TOGETHER = 16
 
 
 def in_batches(function: Callable[..., Any], arrays: tuple[np.ndarray, ...], size: int = 64) -> Any:
-    """``function(*arrays)`` for one point or more along the arrays' first axis, ``size`` at a time, as NumPy arrays.
+    """``function(count, *arrays)`` for one point or more along the arrays' first axis, as NumPy arrays.
 
-    The last batch is filled up with repeats. Call it in the scope of float64.
+    It is called with ``size`` points at a time, of which the first ``count`` are wanted: the last batch is filled up
+    with repeats. Call it in the scope of float64.
     """
     total = len(arrays[0])
 
     def work(number: int) -> Any:
         start = number * size
-        index = np.resize(np.arange(start, min(start + size, total)), size)
+        count = min(size, total - start)
+        index = start + np.arange(size) % count
         with on_device(number):
-            return jax.tree.map(np.asarray, function(*(a[index] for a in arrays)))
+            return jax.tree.map(np.asarray, function(count, *(a[index] for a in arrays)))
 
     # The first alone, so that nothing is compiled twice.
     parts = [work(0)]
@@ -35,11 +39,27 @@ def in_batches(function: Callable[..., Any], arrays: tuple[np.ndarray, ...], siz
     return jax.tree.map(lambda *part: np.concatenate(part)[:total], *parts)
 
 
-def together(size: int) -> int:
-    """How many of the points of a batch are best computed side by side: few on a core, all on a GPU."""
-    return min(size, _TOGETHER) if jax.default_backend() == "cpu" else size
+def together(size: int, few: int = _TOGETHER) -> int:
+    """How many of the points of a batch are best computed side by side: ``few`` on a core, all on a GPU."""
+    return min(size, few) if jax.default_backend() == "cpu" else size
 
 
-def over_few(function: Callable[..., Any], several: int, *arrays: Any) -> Any:
-    """A traced ``function`` of single points along the arrays' first axis, ``several`` of them side by side."""
-    return jax.lax.map(lambda point: function(*point), arrays, batch_size=several)
+def over_few(function: Callable[..., Any], several: int, count: Any, *arrays: Any) -> Any:
+    """A traced ``function`` of single points along the arrays' first axis, ``several`` of them side by side.
+
+    Of the first ``count`` points, which is a traced number: what fills up a batch is not computed, but zero.
+    """
+    groups = jax.tree.map(lambda part: part.reshape(-1, several, *part.shape[1:]), arrays)
+    # Under jit it is traced once, for the shapes of its results and in the loop.
+    evaluate = jax.jit(jax.vmap(function))
+    one = jax.tree.map(lambda part: jax.ShapeDtypeStruct(part.shape[1:], part.dtype), groups)
+    number = jax.tree.leaves(groups)[0].shape[0]
+    nothing = jax.tree.map(lambda part: jnp.zeros((number, *part.shape), part.dtype), jax.eval_shape(evaluate, *one))
+
+    def step(index: Any, results: Any) -> Any:
+        group = jax.tree.map(lambda part: jax.lax.dynamic_index_in_dim(part, index, keepdims=False), groups)
+        put = partial(jax.lax.dynamic_update_index_in_dim, index=index, axis=0)
+        return jax.tree.map(put, results, evaluate(*group))
+
+    results = jax.lax.fori_loop(0, -(-count // several), step, nothing)
+    return jax.tree.map(lambda part: part.reshape(-1, *part.shape[2:]), results)

@@ -25,6 +25,8 @@ Array = Any
 
 # The operators of one chunk: a few megabytes stay in cache, and larger chunks measured up to twice slower.
 _CHUNK_BYTES = 4e6
+# So many times fewer of them at once, which stay in a core's cache.
+_GROUPS = 8
 # Gains that share what depends on the speed alone.
 _COLUMNS = 16
 # Below this residual the iterated |μ| agrees with the dense solver to 1e-9 (tests/test_sweep.py).
@@ -44,7 +46,7 @@ def dominant_over_grid(
         return _by_roots(process, method.over_grid(process, speeds, gains), speeds[:, None], gains)
     if isinstance(method, Duhamel):
         return refined_over_grid(process, speeds, gains, method, progress)
-    chunk = _chunk_shape(process, method, speeds[0], gains[0])
+    *chunk, several = _chunk_shape(process, method, speeds[0], gains[0])
     shape = (len(speeds), len(gains))
     multiplier = np.full(shape, np.nan, dtype=np.complex128)
     frequency, residual = np.full(shape, np.nan), np.full(shape, np.inf)
@@ -58,7 +60,8 @@ def dominant_over_grid(
         )
         row, column = (np.resize(index, size) for index, size in zip(part, chunk, strict=True))
         with on_device(number):
-            result = _by_operator(process, method, _EFFORTS[0], False, None, speeds[row, None], gains[column])
+            count = len(part[0])
+            result = _over_chunk(process, method, _EFFORTS[0], several, count, speeds[row], gains[column])
             return np.ix_(*part), [np.asarray(values)[: len(part[0]), : len(part[1])] for values in result]
 
     with (
@@ -118,7 +121,7 @@ def _at_points(
         if not len(doubtful):
             break
         densely[doubtful] = effort == 0
-        evaluate = partial(_by_operator, process, method, effort, effort == 0, together(_BATCH))
+        evaluate = partial(_over_batch, process, method, effort, effort == 0, together(_BATCH))
         results = in_batches(evaluate, (speeds[doubtful], gains[doubtful]), _BATCH)
         multiplier[doubtful], frequency[doubtful], residual[doubtful] = results
         doubtful = np.flatnonzero(_untrusted(multiplier, residual))
@@ -130,39 +133,55 @@ def _untrusted(multiplier: np.ndarray, residual: np.ndarray) -> np.ndarray:
     return ~(residual < _TRUSTED_RESIDUAL) | ~np.isfinite(multiplier)
 
 
-def _chunk_shape(process: Process, method: Method, speed: float, gain: float) -> tuple[int, int]:
-    """Speeds and gains of a chunk: whatever the grid, so that a method of a process is compiled once for all."""
+def _chunk_shape(process: Process, method: Method, speed: float, gain: float) -> tuple[int, int, int]:
+    """Speeds and gains of a chunk, and how many speeds are computed together: whatever the grid, so that a method of a
+    process is compiled once for all.
+    """
     size = method.size(process.system(speed, gain))
     points = max(int(_CHUNK_BYTES / (8 * size**2)), 1)
     columns = min(points, _COLUMNS)
-    return points // columns, columns
+    rows = points // columns
+    several = together(rows, max(rows // _GROUPS, 1))
+    return several * (rows // several), columns, several
+
+
+@partial(jax.jit, static_argnames="several")
+def _over_chunk(
+    process: Process, method: Method, squarings: Array, several: int, count: Array, speeds: Array, gains: Array
+) -> tuple[Array, Array, Array]:
+    """As ``_evaluated`` over all gains at the first ``count`` speeds, ``several`` at a time."""
+
+    def row(speed: Array) -> tuple[Array, Array, Array]:
+        return over_points(partial(_evaluated, process, method, squarings, False), speed, gains)
+
+    return over_few(row, several, count, speeds)
 
 
 @partial(jax.jit, static_argnames=("densely", "several"))
-def _by_operator(
+def _over_batch(
     process: Process,
     method: Method,
     squarings: Array,
     densely: bool,
-    several: int | None,
+    several: int,
+    count: Array,
     speed: Array,
     gain: Array,
 ) -> tuple[Array, Array, Array]:
-    """Dominant multipliers, chatter frequencies and residuals of a grid, or of ``several`` points at a time; by the
-    dense solver if ``densely``.
-    """
+    """As ``_evaluated`` at the first ``count`` points, ``several`` at a time."""
+    return over_few(partial(_evaluated, process, method, squarings, densely), several, count, speed, gain)
 
-    def point(speed: Array, gain: Array) -> tuple[Array, Array, Array]:
-        system = process.system(speed, gain)
-        operator = method.operator(system)
-        if densely:
-            value, vector = dense.pair_by_eigensolver(operator.matrix)
-            residual = jnp.zeros(())
-        else:
-            pair = power.pair_by_squaring(operator.matrix, squarings)
-            value, vector, residual = *map(power.as_complex, pair[:2]), power.residual(operator.matrix, pair)
-        return value, operator.chatter_frequency(system.period, value, vector), residual
 
-    if several is None:
-        return over_points(point, speed, gain)
-    return over_few(point, several, speed, gain)
+def _evaluated(
+    process: Process, method: Method, squarings: Array, densely: bool, speed: Array, gain: Array
+) -> tuple[Array, Array, Array]:
+    """Dominant multiplier, chatter frequency and residual, by the dense solver if ``densely``."""
+    system = process.system(speed, gain)
+    operator = method.operator(system)
+    if densely:
+        value, vector = dense.pair_by_eigensolver(operator.matrix)
+        residual = jnp.zeros(())
+    else:
+        pair = power.pair_by_squaring(operator.matrix, squarings)
+        value, vector, residual = *map(power.as_complex, pair[:2]), power.residual(operator.matrix, pair)
+    return value, operator.chatter_frequency(system.period, value, vector), residual

@@ -10,7 +10,7 @@ import jax
 import numpy as np
 from tqdm import tqdm
 
-from lobex._batches import over_few
+from lobex._batches import over_few, together
 from lobex._devices import on_device, workers
 from lobex._timing import carried
 from lobex.floquet import dense, power
@@ -128,7 +128,8 @@ class _Refinement:
 
         def prepare(method: Duhamel) -> object:
             with jax.enable_x64(True):
-                return prepared_at(self.process, method, np.full(SPEEDS, speed), gain, self.traits, self.in_flight)
+                speeds = np.full(SPEEDS, speed)
+                return prepared_at(self.process, method, speeds, gain, SPEEDS, self.traits, self.in_flight)
 
         def evaluate(method: Duhamel) -> object:
             with jax.enable_x64(True):
@@ -138,6 +139,7 @@ class _Refinement:
                     method,
                     np.full(SPEEDS, speed),
                     gain,
+                    SPEEDS,
                 )
                 prepared = jax.tree.map(lambda part: np.zeros(part.shape, part.dtype), shapes)
                 slab = _Slab(self, np.full(SPEEDS, speed), np.zeros(1, dtype=int), np.full(1, gain))
@@ -219,6 +221,7 @@ class _Slab:
             method,
             np.resize(self.speeds, many),
             self.gain[0],
+            len(self.speeds),
             self.whole.traits,
             self.whole.in_flight,
         )
@@ -233,7 +236,7 @@ class _Slab:
     def evaluate(self, prepared: Any, points: np.ndarray, method: Duhamel, effort: int) -> None:
         """Put the results of points in their places, a batch at a time, the last filled up with repeats."""
         densely = effort == 0
-        size, together = self._batch(prepared, method)
+        size, several = self._batch(prepared, method)
         targets = (self.multiplier, self.frequency, self.error, self.rounding, self.defect)
         for begin in range(0, len(points), size):
             part = points[begin : begin + size]
@@ -247,8 +250,9 @@ class _Slab:
                 self.gain[filled],
                 method,
                 effort,
+                len(part),
                 densely,
-                together,
+                several,
             )
             for target, result in zip(targets, results, strict=True):
                 target[part] = np.asarray(result)[: len(part)]
@@ -264,23 +268,25 @@ class _Slab:
         if jax.default_backend() != "cpu":
             return size, size
         numbers = sum(part.size / len(part) for part in jax.tree.leaves(prepared)) + rows * (forces + rows)
-        together = max(2 ** round(np.log2(_CACHE_BYTES / (8 * numbers))), _TOGETHER)
-        return together * -(-size // together), together
+        several = max(2 ** round(np.log2(_CACHE_BYTES / (8 * numbers))), _TOGETHER)
+        return several * -(-size // several), several
 
 
 @partial(jax.jit, static_argnames=("traits", "in_flight"))
-def prepared_at(process: Process, method: Duhamel, speeds: Array, gain: Array, traits: Traits, in_flight: int) -> Any:
-    """What of the operators is the same for all gains at each speed; None where nothing is."""
+def prepared_at(
+    process: Process, method: Duhamel, speeds: Array, gain: Array, count: Array, traits: Traits, in_flight: int
+) -> Any:
+    """What of the operators is the same for all gains at each of the first ``count`` speeds; None where nothing is."""
     if traits.structure_by_gain:
         return None
 
     def at(speed: Array) -> Any:
         return method.prepare(process.system(speed, gain), not traits.present_by_gain, in_flight)
 
-    return jax.vmap(at)(speeds)
+    return over_few(at, together(len(speeds), _TOGETHER), count, speeds)
 
 
-@partial(jax.jit, static_argnames=("densely", "together"))
+@partial(jax.jit, static_argnames=("densely", "several"))
 def _with_errors(
     process: Process,
     prepared: Any,
@@ -289,10 +295,13 @@ def _with_errors(
     gain: Array,
     method: Duhamel,
     squarings: Array,
+    count: Array,
     densely: bool,
-    together: int,
+    several: int,
 ) -> tuple[Array, ...]:
-    """Dominant multipliers, chatter frequencies, estimated errors by nodes and by rounding, and defects at points."""
+    """Dominant multipliers, chatter frequencies, estimated errors by nodes and by rounding, and defects, at the first
+    ``count`` points.
+    """
 
     def point(row: Array, speed: Array, gain: Array) -> tuple[Array, ...]:
         system = process.system(speed, gain)
@@ -308,4 +317,4 @@ def _with_errors(
         frequency = carrier_frequency(motion.phase, motion.weight, motion.output, system.period, pair.value)
         return as_complex(pair.value), frequency, motion.error, motion.rounding, motion.defect
 
-    return over_few(point, together, row, speed, gain)
+    return over_few(point, several, count, row, speed, gain)

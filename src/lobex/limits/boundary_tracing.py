@@ -228,7 +228,7 @@ def _evaluation(process: Process, method: Method) -> Evaluation:
 
 @partial(jax.jit, static_argnames="several")
 def _gradients(
-    process: Process, method: Method, several: int, speed: Array, gain: Array
+    process: Process, method: Method, several: int, count: Array, speed: Array, gain: Array
 ) -> tuple[Array, Array, Array, Array]:
-    """At points (p,), ``several`` at a time."""
-    return over_few(partial(growth_and_gradient, process, method), several, speed, gain)
+    """At the first ``count`` of points (p,), ``several`` at a time."""
+    return over_few(partial(growth_and_gradient, process, method), several, count, speed, gain)

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from lobex._batches import in_batches
+from lobex._batches import in_batches, over_few, together
 from lobex.floquet import dense, power
 from lobex.floquet.chatter import carrier_frequency
 from lobex.floquet.dense import Triple
@@ -35,6 +35,8 @@ _RESULTS = 8
 # Work per change, lightest first: squarings of the operator, or 0 for the dense solver.
 _EFFORTS = (SQUARINGS, 24, 0)
 _RESIDUAL = 1e-9
+# Changes that are settled side by side on a core.
+_TOGETHER = 8
 
 
 class Label(NamedTuple):
@@ -99,13 +101,20 @@ def _from_finer(process: Process, method: Method, speeds: np.ndarray, gains: np.
 
 
 def _polished_batch(
-    process: Process, method: Method, effort: int, in_flight: int, speed: np.ndarray, low: np.ndarray, *others: Any
+    process: Process,
+    method: Method,
+    effort: int,
+    in_flight: int,
+    count: int,
+    speed: np.ndarray,
+    low: np.ndarray,
+    *others: Any,
 ) -> tuple[Array, ...]:
     # The scan has compiled this for as many speeds.
     prepared = None
     if isinstance(method, Duhamel):
-        prepared = prepared_at(process, method, speed, low[0], traits_of(process), in_flight)
-    return _polished(process, method, effort, prepared, speed, low, *others, densely=effort == 0)
+        prepared = prepared_at(process, method, speed, low[0], count, traits_of(process), in_flight)
+    return _polished(process, method, effort, count, prepared, speed, low, *others, densely=effort == 0)
 
 
 @partial(jax.jit, static_argnames="densely")
@@ -113,6 +122,7 @@ def _polished(
     process: Process,
     method: Method,
     squarings: Array,
+    count: Array,
     prepared: Any,
     speed: Array,
     low: Array,
@@ -128,7 +138,7 @@ def _polished(
         label = _label(process, method, prepared, found.matrix, found.triple, speed, gain, squarings, densely)
         return found.gain, found.growth, found.slope, *label, found.residual
 
-    return jax.vmap(one)(prepared, speed, low, high, start, end)
+    return over_few(one, together(len(speed), _TOGETHER), count, prepared, speed, low, high, start, end)
 
 
 def _family(process: Process, method: Method, prepared: Any, speed: Array, densely: bool) -> Family:

@@ -268,7 +268,7 @@ def _critical(source: Regeneration | Branched, speed: Array, lowest: Array | Non
         filled = jnp.concatenate([flat, jnp.broadcast_to(flat[-1], (rows * _BATCH - count,))])
         results = jax.lax.map(partial(_limits, source, parts, lowest), filled.reshape(rows, _BATCH))
     else:
-        results = in_batches(partial(_limits, source, parts, lowest), (flat,), _BATCH)
+        results = in_batches(lambda _, batch: _limits(source, parts, lowest, batch), (flat,), _BATCH)
     gain, omega, lobe, tie = (r.ravel()[:count].reshape(speed.shape) for r in results)
     return gain, omega, lobe, tie
 

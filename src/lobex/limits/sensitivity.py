@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from lobex import _checks
-from lobex._batches import in_batches
+from lobex._batches import in_batches, over_few, together
 from lobex._float64 import at_once, widened
 from lobex.grids.choice import AUTO, AnyMethod, operator_of
 from lobex.limits.critical import critical_gain
@@ -27,7 +27,7 @@ Builder = Callable[[Any], Process]
 
 _CLOSED_FORM = "DSubdivision"
 # Speeds side by side: those of a first look, since the last batch is filled up with repeats.
-_BATCH = 16
+_BATCH, _TOGETHER = 16, 4
 
 
 def sensitivities(
@@ -130,7 +130,7 @@ def _itself(process: Any) -> Any:
 
 
 @partial(jax.jit, static_argnums=0)
-def _closed_form(build: Builder, parameters: Any, speed: Array) -> Array:
+def _closed_form(build: Builder, parameters: Any, count: Array, speed: Array) -> Array:
     def gain(parameters: Any, speed: Array) -> Array:
         return exact_limit(build(parameters), speed).gain[0]
 
@@ -139,11 +139,14 @@ def _closed_form(build: Builder, parameters: Any, speed: Array) -> Array:
 
 
 @partial(jax.jit, static_argnums=0)
-def _by_growth(build: Builder, parameters: Any, method: Method, speed: Array, gain: Array) -> Array:
+def _by_growth(build: Builder, parameters: Any, method: Method, count: Array, speed: Array, gain: Array) -> Array:
     def value(parameters: Any, speed: Array, gain: Array) -> Array:
         return growth(build(parameters), method, speed, gain)
 
-    *others, by_gain = jax.vmap(jax.grad(value, argnums=(0, 1, 2)), in_axes=(None, 0, 0))(parameters, speed, gain)
+    def point(speed: Array, gain: Array) -> tuple[Any, Array, Array]:
+        return jax.grad(value, argnums=(0, 1, 2))(parameters, speed, gain)
+
+    *others, by_gain = over_few(point, together(len(speed), _TOGETHER), count, speed, gain)
     return -_in_rows(others) / by_gain[:, None]
 
 

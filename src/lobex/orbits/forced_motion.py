@@ -189,11 +189,13 @@ def _traced(process: Process, speed: Array, gain: Array, method: Duhamel, phases
 
 
 @partial(jax.jit, static_argnames="several")
-def _at_points(process: Process, method: Duhamel, phases: Array, several: int, speed: Array, gain: Array) -> _Lanes:
+def _at_points(
+    process: Process, method: Duhamel, phases: Array, several: int, count: Array, speed: Array, gain: Array
+) -> _Lanes:
     def point(speed: Array, gain: Array) -> _Lanes:
         return _lane(process.system(speed, gain), method, phases)
 
-    return over_few(point, several, speed, gain)
+    return over_few(point, several, count, speed, gain)
 
 
 def _check_forced(system: DelaySystem) -> None:
