@@ -11,28 +11,29 @@ where ``residual`` is the penetration that is left after the tip has moved on by
 depends on the depth.
 """
 
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
 from lobex import _checks
 from lobex._pytree import pytree
+from lobex._shapes import AnyArray, Number, Numbers
 
-Array = Any
 
-
+@runtime_checkable
 class ContactLaw(Protocol):
     """What ``march_wear`` and ``simulate_turning`` ask of a law."""
 
-    def force(self, penetration: Array, depth: Array = 0.0) -> Array:
+    def force(self, penetration: Numbers, depth: Numbers = 0.0) -> Float[AnyArray, "..."]:
         """The contact force, N."""
         ...
 
-    def energy(self, penetration: Array, depth: Array = 0.0) -> Array:
+    def energy(self, penetration: Numbers, depth: Numbers = 0.0) -> Float[AnyArray, "..."]:
         """The potential of the force, J."""
         ...
 
-    def removed(self, penetration: Array, depth: Array, residual: Array) -> Array:
+    def removed(self, penetration: Numbers, depth: Numbers, residual: Numbers) -> Float[AnyArray, "..."]:
         """The depth that this contact removes, m."""
         ...
 
@@ -40,7 +41,7 @@ class ContactLaw(Protocol):
 class Penalty:
     """A law whose coating gives way to wherever the tip stands once it has moved, §1.4."""
 
-    def removed(self, penetration: Array, depth: Array, residual: Array) -> Array:
+    def removed(self, penetration: Numbers, depth: Numbers, residual: Numbers) -> Float[AnyArray, "..."]:
         """What is left of a penetration after the step, m; nothing out of contact."""
         return jnp.where(penetration > 0, _positive(residual), 0.0)
 
@@ -56,16 +57,16 @@ class Linear(Penalty):
         ValueError: for a stiffness that is negative, not finite, or not one number.
     """
 
-    stiffness: Array
+    stiffness: Number
 
     def __post_init__(self) -> None:
         _not_negative(stiffness=(self.stiffness, "N/m"))
 
-    def force(self, penetration: Array, depth: Array = 0.0) -> Array:
+    def force(self, penetration: Numbers, depth: Numbers = 0.0) -> Float[AnyArray, "..."]:
         """The contact force, N."""
         return self.stiffness * _positive(penetration)
 
-    def energy(self, penetration: Array, depth: Array = 0.0) -> Array:
+    def energy(self, penetration: Numbers, depth: Numbers = 0.0) -> Float[AnyArray, "..."]:
         """The potential of the force, J."""
         return self.stiffness / 2 * _positive(penetration) ** 2
 
@@ -83,10 +84,10 @@ class Cubic(Penalty):
             tip in at some penetration.
     """
 
-    width: Array
-    first: Array
-    second: Array
-    third: Array
+    width: Number
+    first: Number
+    second: Number
+    third: Number
 
     def __post_init__(self) -> None:
         _not_negative(width=(self.width, "m"))
@@ -104,12 +105,12 @@ class Cubic(Penalty):
                 "penetration; give first, third ≥ 0 and second ≥ −2 √(first · third)"
             )
 
-    def force(self, penetration: Array, depth: Array = 0.0) -> Array:
+    def force(self, penetration: Numbers, depth: Numbers = 0.0) -> Float[AnyArray, "..."]:
         """The contact force, N."""
         h = _positive(penetration)
         return self.width * h * (self.first + h * (self.second + h * self.third))
 
-    def energy(self, penetration: Array, depth: Array = 0.0) -> Array:
+    def energy(self, penetration: Numbers, depth: Numbers = 0.0) -> Float[AnyArray, "..."]:
         """The potential of the force, J."""
         h = _positive(penetration)
         return self.width * h**2 * (self.first / 2 + h * (self.second / 3 + h * self.third / 4))
@@ -128,18 +129,18 @@ class Threshold(Penalty):
         ValueError: for values that are negative, not finite, or not one number.
     """
 
-    width: Array
-    offset: Array
-    slope: Array
+    width: Number
+    offset: Number
+    slope: Number
 
     def __post_init__(self) -> None:
         _not_negative(width=(self.width, "m"), offset=(self.offset, "N/m"), slope=(self.slope, "N/m²"))
 
-    def force(self, penetration: Array, depth: Array = 0.0) -> Array:
+    def force(self, penetration: Numbers, depth: Numbers = 0.0) -> Float[AnyArray, "..."]:
         """The contact force, N."""
         return jnp.where(penetration > 0, self.width * (self.offset + self.slope * penetration), 0.0)
 
-    def energy(self, penetration: Array, depth: Array = 0.0) -> Array:
+    def energy(self, penetration: Numbers, depth: Numbers = 0.0) -> Float[AnyArray, "..."]:
         """The potential of the force, J."""
         h = _positive(penetration)
         return self.width * h * (self.offset + self.slope * h / 2)
@@ -158,20 +159,20 @@ class Power(Penalty):
         ValueError: for values that are negative, not finite, or not one number, and an exponent of zero.
     """
 
-    width: Array
-    coefficient: Array
-    exponent: Array
+    width: Number
+    coefficient: Number
+    exponent: Number
 
     def __post_init__(self) -> None:
         _not_negative(width=(self.width, "m"), coefficient=(self.coefficient, "N/m^(1 + p)"))
         _checks.positive("exponent", self.exponent)
         _checks.scalar("exponent", self.exponent)
 
-    def force(self, penetration: Array, depth: Array = 0.0) -> Array:
+    def force(self, penetration: Numbers, depth: Numbers = 0.0) -> Float[AnyArray, "..."]:
         """The contact force, N."""
         return self.width * self.coefficient * _power(penetration, self.exponent)
 
-    def energy(self, penetration: Array, depth: Array = 0.0) -> Array:
+    def energy(self, penetration: Numbers, depth: Numbers = 0.0) -> Float[AnyArray, "..."]:
         """The potential of the force, J."""
         rise = self.exponent + 1
         return self.width * self.coefficient * _power(penetration, rise) / rise
@@ -195,9 +196,9 @@ class Plastic:
         ValueError: for values that are negative, not finite, or not one number, and a stiffness of zero.
     """
 
-    stiffness: Array
-    yield_force: Array
-    hardening: Array = 0.0
+    stiffness: Number
+    yield_force: Number
+    hardening: Number = 0.0
 
     def __post_init__(self) -> None:
         _checks.positive("stiffness", self.stiffness, "N/m")
@@ -205,22 +206,22 @@ class Plastic:
             stiffness=(self.stiffness, "N/m"), yield_force=(self.yield_force, "N"), hardening=(self.hardening, "N/m")
         )
 
-    def force(self, penetration: Array, depth: Array = 0.0) -> Array:
+    def force(self, penetration: Numbers, depth: Numbers = 0.0) -> Float[AnyArray, "..."]:
         """The contact force after the flow, N."""
         return self.stiffness * (_positive(penetration) - self._flow(penetration, depth))
 
-    def energy(self, penetration: Array, depth: Array = 0.0) -> Array:
+    def energy(self, penetration: Numbers, depth: Numbers = 0.0) -> Float[AnyArray, "..."]:
         """The work of loading from zero penetration, elastic and plastic, J."""
         flow = self._flow(penetration, depth)
         elastic = _positive(penetration) - flow
         limit = self.yield_force + self.hardening * depth
         return self.stiffness / 2 * elastic**2 + flow * (limit + self.hardening * flow / 2)
 
-    def removed(self, penetration: Array, depth: Array, residual: Array) -> Array:
+    def removed(self, penetration: Numbers, depth: Numbers, residual: Numbers) -> Float[AnyArray, "..."]:
         """The plastic flow, m."""
         return self._flow(penetration, depth)
 
-    def _flow(self, penetration: Array, depth: Array) -> Array:
+    def _flow(self, penetration: Numbers, depth: Numbers) -> Float[AnyArray, "..."]:
         excess = self.stiffness * penetration - self.yield_force - self.hardening * depth
         return _positive(excess) / (self.stiffness + self.hardening)
 
@@ -238,12 +239,12 @@ def _not_negative(**values: tuple[Any, str]) -> None:
         _checks.scalar(name, value)
 
 
-def _positive(x: Array) -> Array:
+def _positive(x: Numbers) -> Float[Array, "..."]:
     # Unlike maximum, of derivative 0 at 0.
     return jnp.where(x > 0, x, 0.0)
 
 
-def _power(x: Array, exponent: Array) -> Array:
+def _power(x: Numbers, exponent: Number) -> Float[Array, "..."]:
     # The inner choice keeps log 0 out of the derivative.
     inside = x > 0
     return jnp.where(inside, jnp.where(inside, x, 1.0) ** exponent, 0.0)

@@ -1,14 +1,20 @@
 """The frequency at which the motion of a multiplier goes on."""
 
 import math
-from typing import Any
 
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
-Array = Any
+from lobex._shapes import AnyArray, Number
 
 
-def carrier_frequency(phase: Array, weight: Array, motion: Array, delay: Array, value: Array) -> Array:
+def carrier_frequency(
+    phase: Float[AnyArray, " S"],
+    weight: Float[Array, " S"],
+    motion: Float[Array, "S r 2"],
+    delay: Number,
+    value: Float[Array, "2"],
+) -> Float[Array, ""]:
     """Of the frequencies arg μ/(2πτ) + k/τ, the one that carries most of a motion, Hz, not negative.
 
     The motion of a multiplier is y(t) = μ^{t/τ} p(t/τ) with p of period 1: its Fourier coefficients are the
@@ -42,7 +48,7 @@ def carrier_frequency(phase: Array, weight: Array, motion: Array, delay: Array, 
     return jnp.abs(angle / (2 * jnp.pi) + carrier) / delay
 
 
-def _cosine_and_sine(angle: Array) -> tuple[Array, Array]:
+def _cosine_and_sine(angle: Float[Array, " S"]) -> tuple[Float[Array, " S"], Float[Array, " S"]]:
     """Of angles from 0 to π, to 2e-12, from Taylor's polynomials at half the angle: eight times as fast as XLA's."""
     half = angle / 2
     cosine = sum((-1) ** k / math.factorial(2 * k) * half ** (2 * k) for k in range(9))

@@ -1,11 +1,10 @@
 """Multipliers by the dense eigensolver, and the derivative of the dominant one."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-
-Array = Any
+from jaxtyping import Array, Complex, Float
 
 _BESIDE = 1e-8
 
@@ -13,26 +12,28 @@ _BESIDE = 1e-8
 class Triple(NamedTuple):
     """A multiplier (Im ≥ 0 of a pair), its unit right vector v, Uv = μv, and its left vector w, wᵀU = μwᵀ."""
 
-    value: Array
-    right: Array
-    left: Array
+    value: Complex[Array, ""]
+    right: Complex[Array, " N"]
+    left: Complex[Array, " N"]
 
 
-def all_multipliers(matrix: Array) -> Array:
+def all_multipliers(matrix: Float[Array, "... N N"]) -> Complex[Array, "... N"]:
     """Every eigenvalue of (…, N, N), complex (…, N), largest modulus first, +Im before −Im of a pair."""
     values = jnp.linalg.eigvals(matrix)
     order = jnp.lexsort((-values.imag, -jnp.abs(values)))
     return jnp.take_along_axis(values, order, axis=-1)
 
 
-def pair_by_eigensolver(matrix: Array) -> tuple[Array, Array]:
+def pair_by_eigensolver(matrix: Float[Array, "N N"]) -> tuple[Complex[Array, ""], Complex[Array, " N"]]:
     """The eigenvalue of largest modulus of (N, N), with Im ≥ 0 of a pair, and its unit right eigenvector."""
     values, vectors = jnp.linalg.eig(matrix)
     index = jnp.argmax(jnp.abs(values))
     return upper_half(values[index], vectors[:, index])
 
 
-def left_vector(matrix: Array, value: Array, right: Array) -> Array:
+def left_vector(
+    matrix: Float[Array, "N N"], value: Complex[Array, ""], right: Complex[Array, " N"]
+) -> Complex[Array, " N"]:
     """The left vector w, wᵀv = 1, of an eigenvalue of (N, N) with its right vector v, by one inverse step.
 
     From a shift beside the eigenvalue, which is not told apart from others that are closer than the shift.
@@ -42,7 +43,7 @@ def left_vector(matrix: Array, value: Array, right: Array) -> Array:
     return left / (left @ right)
 
 
-def triple_by_eigensolver(matrix: Array) -> Triple:
+def triple_by_eigensolver(matrix: Float[Array, "N N"]) -> Triple:
     """The eigenvalue of largest modulus of (N, N) and its vectors."""
     value, right = pair_by_eigensolver(matrix)
     # Right eigenvectors of the transpose are left ones: every backend has those.
@@ -54,14 +55,16 @@ def triple_by_eigensolver(matrix: Array) -> Triple:
     return Triple(value, right, left)
 
 
-def upper_half(value: Array, vector: Array) -> tuple[Array, Array]:
+def upper_half(
+    value: Complex[Array, ""], vector: Complex[Array, " N"]
+) -> tuple[Complex[Array, ""], Complex[Array, " N"]]:
     """Of a conjugate pair of a real matrix, the member with Im ≥ 0."""
     flip = value.imag < 0
     return jnp.where(flip, value.conj(), value), jnp.where(flip, vector.conj(), vector)
 
 
 @jax.custom_jvp
-def largest_modulus(matrix: Array) -> Array:
+def largest_modulus(matrix: Float[Array, "N N"]) -> Float[Array, ""]:
     """max|μ| over the eigenvalues of (N, N).
 
     Its derivative is that of one dominant eigenvalue, dμ = (uᴴ dΦ v)/(uᴴ v) with the left and right
@@ -74,7 +77,9 @@ def largest_modulus(matrix: Array) -> Array:
 
 
 @largest_modulus.defjvp
-def _largest_modulus_jvp(primals: tuple[Array], tangents: tuple[Array]) -> tuple[Array, Array]:
+def _largest_modulus_jvp(
+    primals: tuple[Float[Array, "N N"]], tangents: tuple[Float[Array, "N N"]]
+) -> tuple[Float[Array, ""], Float[Array, ""]]:
     (matrix,), (change,) = primals, tangents
     value, right, left = triple_by_eigensolver(matrix)
     slope = (left @ (change @ right)) / (left @ right)

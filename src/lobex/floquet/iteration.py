@@ -1,21 +1,19 @@
 """The dominant multiplier by subspace iteration, for points where several have nearly its modulus."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Complex, Float
 
 from lobex.floquet.dense import Triple, upper_half
-
-Array = Any
 
 _SUBSPACE = 8
 _SQUARINGS = 8
 
 
-def triple_by_iteration(matrix: Array) -> tuple[Triple, Array]:
+def triple_by_iteration(matrix: Float[Array, "N N"]) -> tuple[Triple, Float[Array, ""]]:
     """The dominant multiplier of (N, N) and both its vectors, and the larger residual |Uv − μv|/|μ| of the two.
 
     The work is fixed: U to the power 2^8, rescaled on the way, and then lower powers act on a block of 8 vectors,
@@ -32,14 +30,14 @@ def triple_by_iteration(matrix: Array) -> tuple[Triple, Array]:
     return Triple(values[0], right, left), jnp.max(residuals)
 
 
-def _powers(matrix: Array) -> list[Array]:
+def _powers(matrix: Float[Array, "N N"]) -> list[Float[Array, "N N"]]:
     """Three rescaled powers of U, highest first.
 
     The highest leaves directions of rounding in the block, whose Ritz values can be anything (U is not
     normal); the lower powers turn these towards the next multipliers.
     """
 
-    def square(power: Array, _: None) -> tuple[Array, Array]:
+    def square(power: Float[Array, "N N"], _: None) -> tuple[Float[Array, "N N"], Float[Array, "N N"]]:
         power = power @ power
         power = power / (jnp.sqrt(jnp.sum(power * power)) + jnp.finfo(power.dtype).tiny)
         return power, power
@@ -48,7 +46,9 @@ def _powers(matrix: Array) -> list[Array]:
     return [powers[count - 1] for count in (_SQUARINGS, _SQUARINGS // 2, 1)]
 
 
-def _projected(matrix: Array, powers: Sequence[Array]) -> tuple[Array, Array, Array]:
+def _projected(
+    matrix: Float[Array, "N N"], powers: Sequence[Float[Array, "N N"]]
+) -> tuple[Complex[Array, ""], Complex[Array, " N"], Float[Array, ""]]:
     size = jnp.shape(matrix)[-1]
     start = np.linalg.qr(np.random.default_rng(7).standard_normal((size, min(_SUBSPACE, size))))[0]
     block = jnp.asarray(start, dtype=matrix.dtype)

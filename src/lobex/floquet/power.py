@@ -3,15 +3,14 @@
 Complex numbers are pairs (real, imaginary) along a last axis of 2 here: XLA compiles and runs real arithmetic faster.
 """
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Complex, Float, Inexact, Int
 
 from lobex.floquet.dense import Triple
-
-Array = Any
 
 # The last squarings cost more than as many products with a vector.
 _BY_VECTOR = 4
@@ -22,12 +21,12 @@ _NEGLIGIBLE = 1e-5
 class Pair(NamedTuple):
     """A multiplier μ with Im ≥ 0, (2,), its unit vector v, Uv = μv, (N, 2), and its left vector w, wᵀv = 1, (N, 2)."""
 
-    value: Array
-    vector: Array
-    left: Array
+    value: Float[Array, "2"]
+    vector: Float[Array, "N 2"]
+    left: Float[Array, "N 2"]
 
 
-def pair_by_squaring(matrix: Array, squarings: Array) -> Pair:
+def pair_by_squaring(matrix: Float[Array, "N N"], squarings: int | Int[Array, ""]) -> Pair:
     """The eigenvalue of largest modulus of (N, N) with its vector.
 
     What the power 2^squarings of U leaves of the other eigenvalues is (|μ₃|/|μ₁|)^(2^squarings); the dominant one
@@ -41,7 +40,7 @@ def pair_by_squaring(matrix: Array, squarings: Array) -> Pair:
     return _in_plane(matrix, right, left)
 
 
-def triple_by_squaring(matrix: Array, squarings: Array) -> tuple[Triple, Array]:
+def triple_by_squaring(matrix: Float[Array, "N N"], squarings: int | Int[Array, ""]) -> tuple[Triple, Float[Array, ""]]:
     """The dominant multiplier and both its vectors, complex, and the larger residual |Uv − μv|/|μ| of the two.
 
     Where another multiplier has the modulus of the dominant one, left and right vector may belong to different
@@ -57,34 +56,34 @@ def triple_by_squaring(matrix: Array, squarings: Array) -> tuple[Triple, Array]:
     return Triple(value, right, left), jnp.max(jax.vmap(residual)(both, sides))
 
 
-def as_complex(pair: Array) -> Array:
+def as_complex(pair: Float[Array, "... 2"]) -> Complex[Array, "..."]:
     """(…, 2) to complex (…)."""
     return pair[..., 0] + 1j * pair[..., 1]
 
 
-def as_pair(number: Array) -> Array:
+def as_pair(number: Inexact[Array, "..."]) -> Float[Array, "... 2"]:
     """Complex (…) to (…, 2)."""
     return jnp.stack([number.real, number.imag], axis=-1)
 
 
-def rotation(value: Array) -> Array:
+def rotation(value: Float[Array, "2"]) -> Float[Array, "2 2"]:
     """The matrix R for which x @ R is μx, x of shape (…, 2)."""
     return jnp.stack([jnp.stack([value[0], value[1]]), jnp.stack([-value[1], value[0]])])
 
 
-def _power(matrix: Array, squarings: Array) -> Array:
-    def square(_: Array, power: Array) -> Array:
+def _power(matrix: Float[Array, "N N"], squarings: int | Int[Array, ""]) -> Float[Array, "N N"]:
+    def square(_: Int[Array, ""], power: Float[Array, "N N"]) -> Float[Array, "N N"]:
         power = power @ power
         return power / (jnp.sqrt(jnp.sum(power * power)) + jnp.finfo(power.dtype).tiny)
 
     return jax.lax.fori_loop(0, squarings, square, matrix)
 
 
-def _start(matrix: Array) -> Array:
+def _start(matrix: Float[Array, "N N"]) -> Float[Array, " N"]:
     return jnp.asarray(np.random.default_rng(7).standard_normal(jnp.shape(matrix)[-1]), dtype=matrix.dtype)
 
 
-def _in_plane(matrix: Array, start: Array, left: Array) -> Pair:
+def _in_plane(matrix: Float[Array, "N N"], start: Float[Array, " N"], left: Float[Array, " N"]) -> Pair:
     """The larger eigenvalue, with Im ≥ 0, and its vector, in the plane of U·start and U²·start.
 
     Its left vector is what ``left``, near the left plane, holds once the other eigenvalue is taken out of it.
@@ -119,11 +118,11 @@ def _in_plane(matrix: Array, start: Array, left: Array) -> Pair:
     return Pair(jnp.stack([real, imaginary]), vector, mirrored @ rotation(met) / jnp.sum(met**2))
 
 
-def _unit(vector: Array) -> Array:
+def _unit(vector: Float[Array, " N"]) -> Float[Array, " N"]:
     return vector / (jnp.sqrt(vector @ vector) + jnp.finfo(vector.dtype).tiny)
 
 
-def residual(matrix: Array, pair: Pair) -> Array:
+def residual(matrix: Float[Array, "N N"], pair: Pair) -> Float[Array, ""]:
     """|Uv − μv|/|μ|."""
     rest = matrix @ pair.vector - pair.vector @ rotation(pair.value)
     return jnp.sqrt(jnp.sum(rest**2) / jnp.sum(pair.value**2))

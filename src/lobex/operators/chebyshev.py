@@ -1,21 +1,21 @@
 """Chebyshev collocation of the monodromy operator, (3.10)-(3.15), in pieces that end at the jumps."""
 
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Bool, Float
 
 from lobex import _checks
 from lobex._pytree import pytree
+from lobex._shapes import AnyArray, Number
 from lobex.operators.exponential import exponential
 from lobex.operators.lookup import places
 from lobex.operators.operator import MOST_NODES, MonodromyOperator, in_form
 from lobex.systems.mesh import Mesh, mesh_of, pieces_of
 from lobex.systems.system import DelaySystem, Forces, dense_outputs
-
-Array = Any
 
 # A loop over so few pieces is written out.
 _FEW = 4
@@ -120,12 +120,14 @@ class Chebyshev:
         found = None if mesh.repeats else _looked_up(system, mesh, self.nodes)
         flights = None if mesh.gap is None else _flights(system, mesh.gap, chebyshev_points(2 * self.nodes), output)
 
-        def acted(coefficient: Array, values: Array) -> Array:
+        def acted(coefficient: Float[AnyArray, "q e r"], values: Float[Array, "qr p"]) -> Float[Array, "qe p"]:
             """Forces (q·e, N) of values (q·r, N)."""
             each = values.reshape(q, jnp.shape(coefficient)[2], -1)
             return jnp.einsum("qab,qbn->qan", coefficient, each).reshape(q * e, -1)
 
-        def over(state: tuple[Array, Array], piece: Any) -> tuple[tuple[Array, Array], Any]:
+        def over(
+            state: tuple[Float[Array, "d N"], Float[Array, "stored N"]], piece: Any
+        ) -> tuple[tuple[Float[Array, "d N"], Float[Array, "stored N"]], Any]:
             z, past = state
             (free, forced, through, push), (present, delayed), found, flights = piece
             # Of what is seen at the points, outputs come first and what is remembered last, where that is not the same.
@@ -167,7 +169,9 @@ class Chebyshev:
         matrix = jnp.concatenate([z, past])[: len(identity)]
         return MonodromyOperator(matrix, *self._samples(mesh, *motion))
 
-    def _response(self, system: DelaySystem, mesh: Mesh) -> tuple[Array, Array, Array, Array]:
+    def _response(
+        self, system: DelaySystem, mesh: Mesh
+    ) -> tuple[Float[Array, "M rows d"], Float[Array, "M rows qe"], Float[Array, "M d d"], Float[Array, "M d qe"]]:
         """``collocated_response`` over all pieces."""
         idle = [piece.idle for piece in pieces_of(system) if piece.idle is not True] if mesh.repeats else []
         if not self.aligned or all(mark is False for mark in idle):
@@ -178,16 +182,20 @@ class Chebyshev:
     def _forces(self, system: DelaySystem, mesh: Mesh) -> Forces:
         """The coefficients at the points after the start of every piece, (M, q, e, r)."""
 
-        def over(start: Array, length: Array) -> Forces:
+        def over(start: Number, length: Number) -> Forces:
             phase = start + length * chebyshev_points(self.nodes)[1:]
             return system.within(start + length / 2, phase) if self.aligned else system.at(phase)
 
         return jax.vmap(over)(mesh.start, mesh.length)
 
-    def _samples(self, mesh: Mesh, crossed: Array, flown: Array | None) -> tuple[Array, Array, Array]:
+    def _samples(
+        self, mesh: Mesh, crossed: Float[Array, "M p r N"], flown: Float[Array, "M f r N"] | None
+    ) -> tuple[Float[Array, " S"], Float[Array, " S"], Float[Array, "S r N"]]:
         """Phases, weights and outputs (S, r, N) at the points of all pieces, and of what follows each without force."""
 
-        def over(start: Array, length: Array, samples: Array) -> tuple[Array, Array, Array]:
+        def over(
+            start: Float[AnyArray, " M"], length: Float[AnyArray, " M"], samples: Float[Array, "M p r N"]
+        ) -> tuple[Float[AnyArray, "M p"], Float[AnyArray, "M p"], Float[Array, "M p r N"]]:
             count = jnp.shape(samples)[1]
             return (
                 start[:, None] + length[:, None] * chebyshev_points(count),
@@ -196,15 +204,15 @@ class Chebyshev:
             )
 
         parts = [over(mesh.start, mesh.length, crossed)]
-        if flown is not None:
+        if flown is not None and mesh.gap is not None:
             parts.append(over(mesh.start + mesh.length, mesh.gap, flown))
         phase, weight, output = (jnp.concatenate(part, axis=1) for part in zip(*parts, strict=True))
         return phase.ravel(), weight.ravel(), output.reshape(-1, *jnp.shape(output)[2:])
 
 
 def collocated_response(
-    system: DelaySystem, length: Array, nodes: int, idle: Array | None = None
-) -> tuple[Array, Array, Array, Array]:
+    system: DelaySystem, length: Number, nodes: int, idle: Bool[Array, ""] | None = None
+) -> tuple[Float[Array, "rows d"], Float[Array, "rows qe"], Float[Array, "d d"], Float[Array, "d qe"]]:
     """The structure's response over a piece, without the feedback: it depends on the speed, not on the gain.
 
     With q = nodes − 1 points after the start: outputs there, and what is remembered there where that is not the
@@ -225,7 +233,7 @@ def collocated_response(
     start, force = response[..., :s], response[..., s:]
     if idle is not None:
         exact = exponential(duration * chebyshev_points(nodes)[1:, None, None] * blocks[:, None])
-        start = jnp.where(idle, exact, start)
+        start = cast(Array, jnp.where(idle, exact, start))
     kept = [system.outputs] if system.remembered is None else [system.outputs, system.remembered]
     free = [jnp.einsum("nrs,nqsa->qrna", seen, start).reshape(-1, n * s) for seen in kept]
     forced = [jnp.einsum("nrs,nqsa->qra", seen, force).reshape(-1, q * e) for seen in kept]
@@ -238,8 +246,8 @@ class _Found(NamedTuple):
     (M, K, q, H·q + 1), and, if a delay may be that short, from those of the piece itself after its start, (M, K, q, q).
     """
 
-    earlier: Array
-    recent: Array | None
+    earlier: Float[Array, "M K q past"]
+    recent: Float[Array, "M K q q"] | None
 
 
 def _looked_up(system: DelaySystem, mesh: Mesh, nodes: int) -> _Found:
@@ -266,23 +274,27 @@ def _synthesis(nodes: int) -> np.ndarray:
     return 2 / (nodes - 1) * (-1.0) ** order[:, None] * ends[:, None] * cosines * ends
 
 
-def chebyshev_polynomials(x: Array, count: int) -> Array:
+def chebyshev_polynomials(x: Float[Array, " *lanes"], count: int) -> Float[Array, "*lanes {count}"]:
     """T_0 … T_{count−1} (DLMF 18.9.2), along a new last axis."""
 
-    def next_one(pair: tuple[Array, Array], _: None) -> tuple[tuple[Array, Array], Array]:
+    def next_one(
+        pair: tuple[Float[Array, " *lanes"], Float[Array, " *lanes"]], _: None
+    ) -> tuple[tuple[Float[Array, " *lanes"], Float[Array, " *lanes"]], Float[Array, " *lanes"]]:
         return (pair[1], 2 * x * pair[1] - pair[0]), pair[0]
 
     return jnp.moveaxis(jax.lax.scan(next_one, (jnp.ones_like(x), x), None, length=count, unroll=8)[1], 0, -1)
 
 
-def _kron(left: np.ndarray, right: Array) -> Array:
+def _kron(left: np.ndarray, right: Float[AnyArray, "n a b"]) -> Float[Array, "n rows columns"]:
     """Kronecker products of one matrix with a stack of matrices."""
     n, a, b = jnp.shape(right)
     rows, columns = left.shape
     return jnp.einsum("ij,nab->niajb", left, right).reshape(n, rows * a, columns * b)
 
 
-def _flights(system: DelaySystem, gap: Array, points: np.ndarray, output: Array) -> tuple[Array, Array]:
+def _flights(
+    system: DelaySystem, gap: Float[AnyArray, " M"], points: np.ndarray, output: Float[AnyArray, "r d"]
+) -> tuple[Float[Array, "M p r d"], Float[Array, "M d d"]]:
     """Over gaps (M,) without force: outputs at points of each, (M, p, r, d), and the end state, (M, d, d)."""
     n, s = jnp.shape(system.blocks)[:2]
     steps = exponential(system.period * (gap[:, None] * points)[..., None, None, None] * system.blocks)

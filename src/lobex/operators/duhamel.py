@@ -2,14 +2,16 @@
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
 from lobex import _checks
 from lobex._pytree import pytree
+from lobex._shapes import AnyArray, Number
 from lobex.floquet.power import Pair, rotation
 from lobex.operators.elimination import pivoted_inverse
 from lobex.operators.estimate import InContact, estimated_error, rounding, sizes_of, unresolved, unresolved_force
@@ -19,8 +21,7 @@ from lobex.operators.response import forced_response, gauss_nodes
 from lobex.systems.mesh import Mesh, mesh_of
 from lobex.systems.system import DelaySystem, Forces
 
-Array = Any
-Inverse = Callable[[Array], Array]
+Inverse = Callable[[Float[Array, "n n"]], Float[Array, "n n"]]
 
 _NODES = 40
 # Samples of the free vibration over a piece without force, where nobody says how many waves there are: 80 of them.
@@ -41,12 +42,12 @@ class Motion(NamedTuple):
         rounding: that by the arithmetic, defect included.
     """
 
-    phase: Array
-    weight: Array
-    output: Array
-    defect: Array
-    error: Array
-    rounding: Array
+    phase: Float[Array, " S"]
+    weight: Float[Array, " S"]
+    output: Float[Array, "S r 2"]
+    defect: Float[Array, ""]
+    error: Float[Array, ""]
+    rounding: Float[Array, ""]
 
 
 @pytree(static=("nodes", "tolerance"))
@@ -122,7 +123,7 @@ class Duhamel:
             return prepared
         return replace(prepared, resolvent=_resolvents(prepared, self._forces(system), pivoted_inverse))
 
-    def respond(self, prepared: Prepared, system: DelaySystem, inverse: Inverse) -> Array:
+    def respond(self, prepared: Prepared, system: DelaySystem, inverse: Inverse) -> Float[Array, "M qe N"]:
         """The forces at the nodes of every piece that its past makes, (M, e·q, N).
 
         With ``inverse`` for the matrices (e·q, e·q) of the contact.
@@ -134,19 +135,21 @@ class Duhamel:
         resolvent = _resolvents(prepared, forces, inverse) if prepared.resolvent is None else prepared.resolvent
         return resolvent @ driven
 
-    def assemble(self, prepared: Prepared, respond: Array) -> Array:
+    def assemble(self, prepared: Prepared, respond: Float[Array, "M qe N"]) -> Float[Array, "N N"]:
         """The operator's matrix, (N, N); a product with the identity is spared."""
         size = jnp.shape(respond)[-1]
         first = _moved_on(jnp.eye(size, dtype=respond.dtype), prepared.advance[0], respond[0])
         if len(respond) == 1:
             return first
 
-        def over(past: Array, piece: tuple[Array, Array]) -> tuple[Array, None]:
+        def over(
+            past: Float[Array, "N N"], piece: tuple[Float[Array, "qe N"], Float[Array, "d N"]]
+        ) -> tuple[Float[Array, "N N"], None]:
             return _moved_on(past, piece[1] @ past, piece[0] @ past), None
 
         return jax.lax.scan(over, first, (respond[1:], prepared.advance[1:]), unroll=_unrolled(respond))[0]
 
-    def motion(self, prepared: Prepared, respond: Array, system: DelaySystem, pair: Pair) -> Motion:
+    def motion(self, prepared: Prepared, respond: Float[Array, "M qe N"], system: DelaySystem, pair: Pair) -> Motion:
         """The motion of a multiplier μ and its state, how far they miss the equations, and the error of |μ|."""
         value, vector, mirrored = pair
         d, mesh, forces = system.state_size, mesh_of(system), self._forces(system)
@@ -184,7 +187,9 @@ class Duhamel:
             rounding=condition @ rounding(system, contacts, unmet, held * jnp.sum(value**2)),
         )
 
-    def path(self, prepared: Prepared, respond: Array, system: DelaySystem, state: Array) -> Array:
+    def path(
+        self, prepared: Prepared, respond: Float[Array, "M qe N"], system: DelaySystem, state: Float[Array, " N"]
+    ) -> Float[AnyArray, "M terms r"]:
         """y over the period after a state (N,), between nodes too: Chebyshev terms of every piece, (M, terms, r)."""
         march = _marched(prepared, respond, state[:, None])
         known = jnp.concatenate([_parts(prepared, march).start, march.forces], axis=1)[..., 0]
@@ -192,21 +197,25 @@ class Duhamel:
         synthesis = np.linalg.inv(np.polynomial.chebyshev.chebvander(2 * points - 1, len(points) - 1))
         seen = replace(system, inputs=system.inputs / _force_scale(system), remembered=None)
 
-        def over(length: Array, known: Array) -> Array:
+        def over(length: Number, known: Float[Array, " known"]) -> Float[AnyArray, "terms r"]:
             outputs = forced_response(seen, length, self.count, points).recalled @ known
             return synthesis @ outputs.reshape(len(points), -1)
 
         return jax.vmap(over)(mesh_of(system).length, known)
 
-    def _samples(self, prepared: Prepared, mesh: Mesh, landed: Array, outputs: Array) -> tuple[Array, Array, Array]:
+    def _samples(
+        self, prepared: Prepared, mesh: Mesh, landed: Float[Array, "M d p"], outputs: Float[Array, "M q r p"]
+    ) -> tuple[Float[Array, " S"], Float[Array, " S"], Float[Array, "S r p"]]:
         """Phases, weights, and outputs (S, r, …) from those at the nodes, (M, q, r, …), and of the free vibrations."""
 
-        def over(start: Array, length: Array, samples: Array) -> tuple[Array, Array]:
+        def over(
+            start: Float[AnyArray, " M"], length: Float[AnyArray, " M"], samples: Float[Array, "M q r p"]
+        ) -> tuple[Float[AnyArray, "M q"], Float[AnyArray, "M q"]]:
             points, weights = gauss_nodes(jnp.shape(samples)[1])
             return start[:, None] + length[:, None] * points, length[:, None] * weights
 
         parts = [(*over(mesh.start, mesh.length, outputs), outputs)]
-        if prepared.flights is not None:
+        if prepared.flights is not None and mesh.gap is not None:
             flown = jnp.einsum("msrd,mdn->msrn", prepared.flights, landed)
             parts.append((*over(mesh.start + mesh.length, mesh.gap, flown), flown))
         # Piece by piece, each with what follows it.
@@ -217,7 +226,7 @@ class Duhamel:
         """The coefficients at the nodes of every piece, (M, q, e, r), for scaled forces and outputs."""
         mesh, points = mesh_of(system), gauss_nodes(self.count)[0]
 
-        def over(start: Array, length: Array) -> Forces:
+        def over(start: Number, length: Number) -> Forces:
             return system.within(start + length / 2, start + length * points)
 
         return jax.tree.map(lambda part: _scale(system) * part, jax.vmap(over)(mesh.start, mesh.length))
@@ -226,15 +235,17 @@ class Duhamel:
 class _March(NamedTuple):
     """The past of every piece, (M, N, …), the forces at its nodes, (M, q·e, …), and the past at the end, (N, …)."""
 
-    pasts: Array
-    forces: Array
-    end: Array
+    pasts: Float[Array, "M N p"]
+    forces: Float[Array, "M qe p"]
+    end: Float[Array, "N p"]
 
 
-def _marched(prepared: Prepared, respond: Array, past: Array) -> _March:
+def _marched(prepared: Prepared, respond: Float[Array, "M qe N"], past: Float[Array, "N p"]) -> _March:
     """March a past over the period, piece by piece."""
 
-    def over(past: Array, piece: tuple[Array, Array]) -> tuple[Array, tuple[Array, Array]]:
+    def over(
+        past: Float[Array, "N p"], piece: tuple[Float[Array, "qe N"], Float[Array, "d N"]]
+    ) -> tuple[Float[Array, "N p"], tuple[Float[Array, "N p"], Float[Array, "qe p"]]]:
         force = piece[0] @ past
         return _moved_on(past, piece[1] @ past, force), (past, force)
 
@@ -248,12 +259,12 @@ class _Parts(NamedTuple):
     from the forces of the same piece apart.
     """
 
-    free: Array
-    forced: Array
-    recalled: Array
-    start: Array
-    flown: Array
-    pushed: Array
+    free: Float[Array, "M qr p"]
+    forced: Float[Array, "M qr p"]
+    recalled: Float[Array, "M Kqm p"]
+    start: Float[Array, "M d p"]
+    flown: Float[Array, "M d p"]
+    pushed: Float[Array, "M d p"]
 
 
 def _parts(prepared: Prepared, march: _March) -> _Parts:
@@ -268,17 +279,19 @@ def _parts(prepared: Prepared, march: _March) -> _Parts:
     )
 
 
-def _unrolled(pieces: Array) -> bool | int:
+def _unrolled(pieces: Float[Array, "M _ _"]) -> bool | int:
     """A loop over few pieces is written out."""
     return jnp.shape(pieces)[0] <= _FEW or 1
 
 
-def _moved_on(past: Array, oldest: Array, force: Array) -> Array:
+def _moved_on(
+    past: Float[Array, "N p"], oldest: Float[Array, "d p"], force: Float[Array, "qe p"]
+) -> Float[Array, "N p"]:
     """The past one piece later."""
     return jnp.concatenate([oldest, past[jnp.shape(oldest)[0] + jnp.shape(force)[0] :], force])
 
 
-def _resolvents(prepared: Prepared, forces: Forces, inverse: Inverse) -> Array:
+def _resolvents(prepared: Prepared, forces: Forces, inverse: Inverse) -> Float[Array, "M qe qe"]:
     """From the forces at the nodes without those that they themselves bring about to all of them, (M, q·e, q·e)."""
     looped = _rows(forces.present, prepared.forced)
     if prepared.recent is not None:
@@ -287,38 +300,38 @@ def _resolvents(prepared: Prepared, forces: Forces, inverse: Inverse) -> Array:
     return jax.vmap(inverse)(jnp.eye(jnp.shape(looped)[-1], dtype=looped.dtype) - looped)
 
 
-def _output_scale(system: DelaySystem) -> Array:
+def _output_scale(system: DelaySystem) -> Float[Array, ""]:
     """|C|: outputs divided by it are of the size of the state."""
     return jnp.sqrt(jnp.sum(jnp.asarray(system.outputs) ** 2))
 
 
-def _force_scale(system: DelaySystem) -> Array:
+def _force_scale(system: DelaySystem) -> Float[Array, ""]:
     """|E| T: forces times it are of the size of the state that they make in a period."""
     return jnp.sqrt(jnp.sum(jnp.asarray(system.inputs) ** 2)) * system.period
 
 
-def _scale(system: DelaySystem) -> Array:
+def _scale(system: DelaySystem) -> Float[Array, ""]:
     """Of a coefficient, from outputs to forces."""
     return _output_scale(system) * _force_scale(system)
 
 
-def _rows(coefficient: Array, matrix: Array) -> Array:
+def _rows(coefficient: Float[AnyArray, "M q e r"], matrix: Float[Array, "M qr p"]) -> Float[AnyArray, "M qe p"]:
     """blockdiag(coefficient) · matrix: (M, q, e, r) by (M, q·r, p) → (M, q·e, p)."""
     pieces, q, e, r = jnp.shape(coefficient)
     return _act(coefficient, matrix.reshape(pieces, q, r, -1)).reshape(pieces, q * e, -1)
 
 
-def _act(coefficient: Array, samples: Array) -> Array:
+def _act(coefficient: Float[AnyArray, "M q e r"], samples: Float[Array, "M q r p"]) -> Float[AnyArray, "M q e p"]:
     """(M, q, e, r) times (M, q, r, p): as sums, since XLA is slow at products of a few rows."""
     parts = [coefficient[..., j, None] * samples[:, :, j, None] for j in range(jnp.shape(samples)[2])]
     return sum(parts[1:], parts[0])
 
 
-def _squares(parts: Array) -> Array:
+def _squares(parts: Float[AnyArray, "M ..."]) -> Float[Array, " M"]:
     """Sums of squares over all axes but the first."""
     return jnp.sum(parts**2, axis=tuple(range(1, parts.ndim)))
 
 
-def _size(coefficient: Array) -> Array:
+def _size(coefficient: Float[AnyArray, "M q e r"]) -> Float[Array, "M q"]:
     """Norms of (M, q, e, r)."""
     return jnp.sqrt(jnp.sum(coefficient**2, axis=(2, 3)))

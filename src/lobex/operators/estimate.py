@@ -5,13 +5,13 @@ from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
+from lobex._shapes import AnyArray
 from lobex.operators.moments import legendre_values
 from lobex.operators.response import followed_turn, gauss_nodes, quickness
 from lobex.systems.mesh import seen_to_bend
 from lobex.systems.system import DelaySystem
-
-Array = Any
 
 # The error in terms of what the nodes leave of y: its square (superconvergence), but only in proportion to it
 # through modes that turn too quickly for the nodes. Bounds fitted to blade rub, milling and Mathieu's equation.
@@ -41,13 +41,13 @@ class InContact(NamedTuple):
         terms: squares of the terms of which the end state and y are sums, (2,).
     """
 
-    length: Array
-    missed: Array
-    force: Array
-    unresolved: Array
-    unresolved_force: Array
-    unmet: Array
-    terms: Array
+    length: Float[AnyArray, " *M"]
+    missed: Float[AnyArray, "*M n"]
+    force: Float[AnyArray, "*M 2 q"]
+    unresolved: Float[AnyArray, "*M 2"]
+    unresolved_force: Float[AnyArray, "*M 2"]
+    unmet: Float[AnyArray, " *M"]
+    terms: Float[AnyArray, "*M 2"]
 
 
 @lru_cache(maxsize=32)
@@ -64,7 +64,7 @@ def _analysis(nodes: int) -> tuple[np.ndarray, np.ndarray]:
     return terms[-2:], ends @ terms / np.sqrt(2 * nodes + 1)
 
 
-def unresolved(samples: Array, ends: Array) -> Array:
+def unresolved(samples: Float[Array, "q r p"], ends: Float[Array, "2 r p"]) -> Float[Array, "2"]:
     """Squares of what the nodes leave of y over a piece, and of all of it, (2,).
 
     What they leave is the last two Legendre terms, and by how much the polynomial through the nodes misses y at both
@@ -83,7 +83,7 @@ def unresolved(samples: Array, ends: Array) -> Array:
     return jnp.stack([left, jnp.sum(gauss_nodes(nodes)[1][:, None] * flat**2)])
 
 
-def unresolved_force(samples: Array) -> Array:
+def unresolved_force(samples: Float[AnyArray, "q e p"]) -> Float[Array, "2"]:
     """Squares of the last two Legendre terms of a force over a piece, from its nodes (q, e, …), and of all, (2,)."""
     nodes = jnp.shape(samples)[0]
     flat = samples.reshape(nodes, -1)
@@ -91,7 +91,7 @@ def unresolved_force(samples: Array) -> Array:
     return jnp.stack([last, jnp.sum(gauss_nodes(nodes)[1][:, None] * flat**2)])
 
 
-def estimated_error(system: DelaySystem, contacts: InContact, value: Array) -> Array:
+def estimated_error(system: DelaySystem, contacts: InContact, value: Float[Array, "2"]) -> Float[Array, ""]:
     """The estimated relative error of a multiplier μ, (2,), of a well conditioned state; infinite where unknown.
 
     It is not known where what the nodes leave is so much that the last terms tell nothing of the rest, and where
@@ -137,19 +137,21 @@ def estimated_error(system: DelaySystem, contacts: InContact, value: Array) -> A
     return jnp.where(unknown | (looped >= 1) | jnp.any(alone), jnp.inf, error)
 
 
-def sizes_of(outputs: Array) -> Array:
+def sizes_of(outputs: Float[AnyArray, "n r s"]) -> Float[Array, " r"]:
     """|C| of each output, from columns per block (n, r, s), shape (r,): what it is divided by to have no unit."""
     sizes = jnp.sqrt(jnp.sum(jnp.asarray(outputs) ** 2, axis=(0, 2)))
     return jnp.where(sizes > 0, sizes, 1.0)
 
 
-def _share(unresolved: Array, tiny: Any) -> Array:
+def _share(unresolved: Float[AnyArray, "M 2"], tiny: Any) -> Float[Array, ""]:
     """Of all contacts (M, 2), the part that the nodes leave."""
     left, whole = jnp.sum(unresolved, axis=0)
     return jnp.sqrt(left / (whole + tiny))
 
 
-def rounding(system: DelaySystem, contacts: InContact, unmet: Array, held: Array) -> Array:
+def rounding(
+    system: DelaySystem, contacts: InContact, unmet: Float[Array, "2"], held: Float[Array, "2"]
+) -> Float[Array, "2"]:
     """By how much start state and history miss their equations, (2,), relative to each, or might by rounding alone.
 
     Every product is off by an ulp of its terms, and a wave's phase by an ulp of the radians that it turns through.
@@ -166,7 +168,13 @@ def rounding(system: DelaySystem, contacts: InContact, unmet: Array, held: Array
     return jnp.sqrt(unmet / part) + ulps
 
 
-def _receptance(blocks: Array, inputs: Array, outputs: Array, growth: Array, turning: Array) -> Array:
+def _receptance(
+    blocks: Float[Array, "n s s"],
+    inputs: Float[Array, "n s e"],
+    outputs: Float[Array, "n r s"],
+    growth: Float[AnyArray, ""],
+    turning: Float[AnyArray, ""],
+) -> Float[Array, " n"]:
     """Bounds of |C (s − A)⁻¹ E| at s = growth + j turning, rad/s, of each block, (n,)."""
     size = jnp.shape(blocks)[-1]
     if size != 2:

@@ -1,12 +1,11 @@
 """Matrix exponentials without data-dependent work: closed form to 2×2, a static scheme above."""
 
-from typing import Any
-
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float, Int
 
-Array = Any
+from lobex._shapes import AnyArray
 
 # A Taylor polynomial of degree 16 is exact to rounding below this norm: 0.5^17/17! = 2e-20.
 _TAYLOR_NORM = 0.5
@@ -16,7 +15,7 @@ _MOST_SQUARINGS = 14
 _EVEN, _ODD = _TAYLOR[0:14:2].tolist(), _TAYLOR[1:14:2].tolist()
 
 
-def exponential(matrix: Array) -> Array:
+def exponential(matrix: Float[AnyArray, "*lanes s s"]) -> Float[Array, "*lanes s s"]:
     """exp of a (…, s, s) matrix: closed form for s ≤ 2, else scaling and squaring."""
     size = jnp.shape(matrix)[-1]
     if size == 1:
@@ -24,7 +23,7 @@ def exponential(matrix: Array) -> Array:
     return _exponential_2x2(matrix) if size == 2 else scaled_exponential(matrix)
 
 
-def _exponential_2x2(matrix: Array) -> Array:
+def _exponential_2x2(matrix: Float[AnyArray, "*lanes 2 2"]) -> Float[Array, "*lanes 2 2"]:
     # exp M = e^h [cosh √q I + (sinh √q/√q)(M − hI)], h = tr M/2, q = −det(M − hI): entire in q, so that
     # the crossing from under- to overdamped is smooth. The growth e^√q is taken into e^h against overflow.
     a, b, c, d = (matrix[..., i, j] for i in range(2) for j in range(2))
@@ -42,7 +41,7 @@ def _exponential_2x2(matrix: Array) -> Array:
     return entries.reshape(*jnp.shape(a), 2, 2)
 
 
-def _polynomial(coefficients: list[float], x: Array) -> Array:
+def _polynomial(coefficients: list[float], x: float | Float[AnyArray, "..."]) -> float | Float[AnyArray, "..."]:
     """By Horner's rule, the constant term first."""
     value = coefficients[-1] * x + coefficients[-2]
     for coefficient in coefficients[-3::-1]:
@@ -50,7 +49,7 @@ def _polynomial(coefficients: list[float], x: Array) -> Array:
     return value
 
 
-def scaled_exponential(matrix: Array) -> Array:
+def scaled_exponential(matrix: Float[AnyArray, "*lanes s s"]) -> Float[Array, "*lanes s s"]:
     """exp of a (…, s, s) matrix by a Taylor polynomial of degree 16 and up to 14 squarings.
 
     The number of squarings follows the 1-norm of each matrix, in lockstep over a batch and without
@@ -70,7 +69,7 @@ def scaled_exponential(matrix: Array) -> Array:
     for group in reversed(groups[:3]):
         result = group + fourth @ result
 
-    def square(power: Array, done: Array) -> tuple[Array, None]:
+    def square(power: Float[Array, "*lanes s s"], done: Int[Array, ""]) -> tuple[Float[Array, "*lanes s s"], None]:
         return jnp.where((done < needed)[..., None, None], power @ power, power), None
 
     return jax.lax.scan(square, result, jnp.arange(_MOST_SQUARINGS))[0]

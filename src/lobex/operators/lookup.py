@@ -5,11 +5,11 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float, Int
 
+from lobex._shapes import AnyArray
 from lobex.systems.mesh import Mesh
 from lobex.systems.system import DelaySystem
-
-Array = Any
 
 # Of a piece, what rounding may put before the oldest one that is remembered.
 _ROUNDING = 1e-6
@@ -20,7 +20,7 @@ def pieces_back(mesh: Mesh) -> np.ndarray:
     return (np.arange(mesh.pieces)[:, None] + np.arange(-mesh.history, 1)) % mesh.pieces
 
 
-def places(system: DelaySystem, mesh: Mesh, points: np.ndarray) -> tuple[Array, Array]:
+def places(system: DelaySystem, mesh: Mesh, points: np.ndarray) -> tuple[Int[Array, "M K q"], Float[Array, "M K q"]]:
     """Where each of K delays finds what acts at points of every piece.
 
     Args:
@@ -35,7 +35,9 @@ def places(system: DelaySystem, mesh: Mesh, points: np.ndarray) -> tuple[Array, 
     turns = (np.arange(mesh.pieces)[:, None] + np.arange(-mesh.history, 1)) // mesh.pieces
     order = pieces_back(mesh)
 
-    def at_piece(starts: Array, lengths: Array) -> tuple[Array, Array]:
+    def at_piece(
+        starts: Float[AnyArray, " H"], lengths: Float[AnyArray, " H"]
+    ) -> tuple[Int[Array, "K q"], Float[Array, "K q"]]:
         phase = starts[-1] + lengths[-1] * points
         place = phase - jnp.stack(system.lags(phase))
         slot: Any = jnp.sum(place[..., None] >= starts[1:], axis=-1)

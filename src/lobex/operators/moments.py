@@ -1,14 +1,12 @@
 """Integrals of a matrix exponential against Legendre polynomials: Duhamel's integral without quadrature error."""
 
-from typing import Any
-
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
+from lobex._shapes import AnyArray
 from lobex.operators.elimination import pivoted_inverse
-
-Array = Any
 
 # Gauss quadrature with this many points is exact to rounding up to this norm; above it, the recurrence is stable.
 _SAMPLES = 28
@@ -26,7 +24,12 @@ def cell_phases(edges: np.ndarray) -> np.ndarray:
     return np.diff(edges)[:, None] * (1 - points) / 2
 
 
-def exponential_moments(matrix: Array, end: Array, samples: Array, count: int) -> Array:
+def exponential_moments(
+    matrix: Float[AnyArray, "*lanes s s"],
+    end: Float[Array, "*lanes s s"],
+    samples: Float[Array, "p *lanes s s"],
+    count: int,
+) -> Float[Array, "{count} *lanes s s"]:
     """∫₀¹ exp(Z(1 − σ)) P_k(2σ − 1) dσ for k < count: (…, s, s) → (count, …, s, s), for 2 ≤ count ≤ 14.
 
     Of small Z by Gauss quadrature. Of large Z by M_{k+1} = M_{k−1} + 2(2k + 1) Z⁻¹ M_k, which follows from
@@ -50,7 +53,9 @@ def exponential_moments(matrix: Array, end: Array, samples: Array, count: int) -
     zeroth = inverse @ (end - unit)
     first = inverse @ (2 * zeroth - end - unit)
 
-    def step(pair: tuple[Array, Array], k: Array) -> tuple[tuple[Array, Array], Array]:
+    def step(
+        pair: tuple[Float[Array, "*lanes s s"], Float[Array, "*lanes s s"]], k: Float[Array, ""]
+    ) -> tuple[tuple[Float[Array, "*lanes s s"], Float[Array, "*lanes s s"]], Float[Array, "*lanes s s"]]:
         before, now = pair
         after = before + 2 * (2 * k + 1) * (inverse @ now)
         return (now, after), after
@@ -59,7 +64,7 @@ def exponential_moments(matrix: Array, end: Array, samples: Array, count: int) -
     return jnp.where(large, jnp.concatenate([zeroth[None], first[None], later]), small)
 
 
-def _inverse(matrix: Array) -> Array:
+def _inverse(matrix: Float[Array, "*lanes s s"]) -> Float[Array, "*lanes s s"]:
     """Of (…, s, s); in closed form for s ≤ 2, since small LAPACK calls are slow."""
     size = jnp.shape(matrix)[-1]
     if size == 1:

@@ -1,17 +1,17 @@
 """What a method makes of a delay system at one point."""
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import jax.numpy as jnp
+from jaxtyping import Array, Complex, Float
 
 from lobex import _checks
 from lobex._pytree import check_pytree, pytree
+from lobex._shapes import AnyArray, Number
 from lobex.floquet.chatter import carrier_frequency
 from lobex.floquet.power import as_pair
 from lobex.systems.system import DelaySystem, whole_state
-
-Array = Any
 
 # Per piece: the eigenvalues of a dense operator of so many nodes take minutes at one point.
 MOST_NODES = 2000
@@ -28,12 +28,14 @@ class MonodromyOperator:
         motion: y at the samples, over the period after a state, as a linear map of that state, (S, r, N).
     """
 
-    matrix: Array
-    phase: Array
-    weight: Array
-    motion: Array
+    matrix: Float[Array, "N N"]
+    phase: Float[AnyArray, " S"]
+    weight: Float[Array, " S"]
+    motion: Float[Array, "S r N"]
 
-    def chatter_frequency(self, period: Array, value: Array, vector: Array) -> Array:
+    def chatter_frequency(
+        self, period: Number, value: Complex[Array, ""], vector: Complex[Array, " N"]
+    ) -> Float[Array, ""]:
         """The carrier frequency of the motion that a multiplier and its state, both complex, stand for, Hz."""
         motion = jnp.einsum("srn,np->srp", self.motion, as_pair(vector))
         return carrier_frequency(self.phase, self.weight, motion, period, as_pair(value))
@@ -52,6 +54,7 @@ def in_form(build: Callable[[DelaySystem], MonodromyOperator], system: DelaySyst
     return MonodromyOperator(operator.matrix, operator.phase, operator.weight, motion)
 
 
+@runtime_checkable
 class Method(Protocol):
     """A way to discretise a delay system: a frozen pytree of static sizes."""
 

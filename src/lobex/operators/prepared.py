@@ -5,20 +5,18 @@ pieces since. All else, what was and what is, the structure makes of these: exac
 between the nodes as well as at them.
 """
 
-from typing import Any
-
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float, Int, Shaped
 
 from lobex._pytree import pytree
+from lobex._shapes import AnyArray
 from lobex.operators.lookup import pieces_back, places
 from lobex.operators.moments import legendre_values
 from lobex.operators.response import Response, forced_response, free_response, gauss_nodes
 from lobex.systems.mesh import Mesh, mesh_of
 from lobex.systems.system import DelaySystem
-
-Array = Any
 
 # What is remembered is sampled so much more finely than the force: its waves are the force's and the structure's own.
 _FINER, _MORE = 2, 8
@@ -42,12 +40,12 @@ class Prepared:
             (M, q·e, q·e), where the coefficients that it takes are the same whatever the gain.
     """
 
-    past: Array
-    force: Array
-    missed: Array
-    flights: Array | None
+    past: Float[Array, "M rows N"]
+    force: Float[Array, "M rows qe"]
+    missed: Float[AnyArray, "M n"]
+    flights: Float[Array, "M samples r d"] | None
     sizes: tuple[int, int, int, int]
-    resolvent: Array | None = None
+    resolvent: Float[Array, "M qe qe"] | None = None
 
     @property
     def starts(self) -> tuple[int, int, int, int]:
@@ -57,29 +55,29 @@ class Prepared:
         return outputs, first, first + state, first + 2 * state
 
     @property
-    def free(self) -> Array:
+    def free(self) -> Float[Array, "M qr N"]:
         """Outputs at the nodes from the past, (M, q·r, N)."""
         return self.past[:, : self.starts[0]]
 
     @property
-    def remembered(self) -> Array:
+    def remembered(self) -> Float[Array, "M K qm N"]:
         """What each delay brings from the past, (M, K, q·m, N)."""
         _, delays, memory, _ = self.sizes
         rows = self.past[:, self.starts[0] : self.starts[1]]
         return rows.reshape(jnp.shape(rows)[0], delays, memory, -1)
 
     @property
-    def advance(self) -> Array:
+    def advance(self) -> Float[Array, "M d N"]:
         """z at the start of the second oldest piece from the past, (M, d, N)."""
         return self.past[:, self.starts[3] :]
 
     @property
-    def forced(self) -> Array:
+    def forced(self) -> Float[Array, "M qr qe"]:
         """Outputs at the nodes from the forces there, (M, q·r, q·e)."""
         return self.force[:, : self.sizes[0]]
 
     @property
-    def recent(self) -> Array | None:
+    def recent(self) -> Float[Array, "M K qm qe"] | None:
         """What each delay brings from the forces of the same piece, (M, K, q·m, q·e), if it may be that short."""
         outputs, delays, memory, state = self.sizes
         rows = self.force[:, outputs + state :]
@@ -101,7 +99,7 @@ def prepare(system: DelaySystem, nodes: int, in_flight: int) -> Prepared:
     # The pieces of the past of each piece, oldest first.
     before = pieces_back(mesh)[:, :-1]
 
-    def past(order: Array) -> Array:
+    def past(order: Int[Array, " H"]) -> Float[Array, "H+1 d N"]:
         """z at the start of every piece of the past, and now, (H + 1, d, N)."""
         states = [jnp.eye(d, size, dtype=through.dtype)]
         for slot in range(history):
@@ -132,8 +130,8 @@ def prepare(system: DelaySystem, nodes: int, in_flight: int) -> Prepared:
 
 
 def _looked_up(
-    system: DelaySystem, mesh: Mesh, response: Response, states: Array, nodes: int
-) -> tuple[Array, Array | None]:
+    system: DelaySystem, mesh: Mesh, response: Response, states: Float[Array, "M H d N"], nodes: int
+) -> tuple[Float[Array, "M K qm N"], Float[Array, "M K qm qe"] | None]:
     """What every delay brings to the nodes of every piece, from the past and from the forces of the same piece."""
     d, size = system.state_size, jnp.shape(states)[-1]
     count, history = mesh.pieces, mesh.history
@@ -142,7 +140,7 @@ def _looked_up(
     recalled = response.recalled.reshape(count, -1, m, d + width)
     synthesis = _synthesis(len(points_between(nodes)))
 
-    def at_piece(piece: tuple[Array, ...]) -> tuple[Array, Array]:
+    def at_piece(piece: tuple[Shaped[Array, "..."], ...]) -> tuple[Float[Array, "K qm N"], Float[Array, "K qm qe"]]:
         slot, inside, order, states = piece
         weights = jnp.tensordot(_legendre(2 * inside - 1, len(synthesis)), synthesis, ((0,), (0,)))
         # One product for all pieces of the past, of which each delay takes its own: to gather these takes more memory.
@@ -171,10 +169,12 @@ def _synthesis(count: int) -> np.ndarray:
     return (2 * np.arange(count) + 1)[:, None] * (weights[:, None] * legendre_values(points, count)).T
 
 
-def _legendre(x: Array, count: int) -> Array:
+def _legendre(x: Float[Array, " *lanes"], count: int) -> Float[Array, " {count} *lanes"]:
     """P_0 … P_{count−1}, along a new first axis; in a loop, since XLA would begin anew for every one of them."""
 
-    def step(pair: tuple[Array, Array], order: Array) -> tuple[tuple[Array, Array], Array]:
+    def step(
+        pair: tuple[Float[Array, " *lanes"], Float[Array, " *lanes"]], order: Float[Array, ""]
+    ) -> tuple[tuple[Float[Array, " *lanes"], Float[Array, " *lanes"]], Float[Array, " *lanes"]]:
         before, now = pair
         return (now, ((2 * order + 1) * x * now - order * before) / (order + 1)), now
 

@@ -6,15 +6,15 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
 from lobex._namespace import namespace
+from lobex._shapes import AnyArray, Number, Numbers
 from lobex.operators.exponential import exponential
 from lobex.operators.moments import cell_phases, exponential_moments, legendre_values
 from lobex.systems.coefficients import gauss_nodes
 from lobex.systems.mesh import mesh_of
 from lobex.systems.system import DelaySystem
-
-Array = Any
 
 # Samples of a piece without force.
 _FEWEST, _MOST = 16, 2048
@@ -39,12 +39,12 @@ class Response(NamedTuple):
         missed: how much of each mode's vibration the nodes cannot follow, (n,), from 0 to 1.
     """
 
-    free: Array
-    forced: Array
-    through: Array
-    push: Array
-    recalled: Array
-    missed: Array
+    free: Float[Array, "qr d"]
+    forced: Float[Array, "qr qe"]
+    through: Float[Array, "d d"]
+    push: Float[Array, "d qe"]
+    recalled: Float[Array, "pm d+qe"]
+    missed: Float[AnyArray, " n"]
 
 
 @lru_cache(maxsize=32)
@@ -68,7 +68,7 @@ def _cells(nodes: int, points: tuple[float, ...]) -> tuple[np.ndarray, np.ndarra
     return edges, np.einsum("kl,clj->ckj", analysis, basis.reshape(len(width), len(local), nodes))
 
 
-def forced_response(system: DelaySystem, length: Array, nodes: int, recalled: np.ndarray | None = None) -> Response:
+def forced_response(system: DelaySystem, length: Number, nodes: int, recalled: np.ndarray | None = None) -> Response:
     """The response over a piece, exact for forces that are polynomials of degree below ``nodes``.
 
     Duhamel's integral is marched from node to node: over each cell the modes fly freely, and the force's
@@ -97,7 +97,9 @@ def forced_response(system: DelaySystem, length: Array, nodes: int, recalled: np
     moments = duration * moments @ inputs
     added = jnp.einsum("kcnae,ckj->cnaje", moments, coefficients)
 
-    def over_cell(state: Array, cell: tuple[Array, Array]) -> tuple[Array, Array]:
+    def over_cell(
+        state: Float[Array, "n s q e"], cell: tuple[Float[Array, "n s s"], Float[Array, "n s q e"]]
+    ) -> tuple[Float[Array, "n s q e"], Float[Array, "n s q e"]]:
         propagator, increment = cell
         state = jnp.einsum("nab,nb...->na...", propagator, state) + increment
         return state, state
@@ -105,7 +107,9 @@ def forced_response(system: DelaySystem, length: Array, nodes: int, recalled: np
     dtype = jnp.result_type(added)
     _, by_force = jax.lax.scan(over_cell, jnp.zeros((n, s, nodes, e), dtype), (flight, added))
 
-    def seen(outputs: Array, where: np.ndarray) -> tuple[Array, Array]:
+    def seen(
+        outputs: Float[AnyArray, "n r s"], where: np.ndarray
+    ) -> tuple[Float[Array, "qr d"], Float[Array, "qr qe"]]:
         rows = len(where) * jnp.shape(outputs)[1]
         index = np.searchsorted(points, where)
         if np.array_equal(index, np.arange(count)):
@@ -124,7 +128,7 @@ def forced_response(system: DelaySystem, length: Array, nodes: int, recalled: np
     return Response(free, forced, through, push, jnp.concatenate(memory, axis=1), missed)
 
 
-def tail_bound(turn: Array, nodes: Any) -> Array:
+def tail_bound(turn: Numbers, nodes: Any) -> Float[AnyArray, "..."]:
     """The Legendre terms from degree q on of a wave that turns through ±x are below (e x/2q)^q (DLMF 10.14.4)."""
     return namespace(turn).minimum(np.e / 2 * turn / nodes, 1.0) ** nodes
 
@@ -134,7 +138,7 @@ def followed_turn(nodes: int) -> float:
     return 2 / np.e * nodes * _FOLLOWED ** (1 / nodes)
 
 
-def quickness(blocks: Array) -> Array:
+def quickness(blocks: Float[AnyArray, "n s s"]) -> Float[AnyArray, " n"]:
     """Root mean square of |λ| over the eigenvalues of each block (n, s, s), shape (n,): ω_n while it vibrates.
 
     Above 2×2 it is that of the singular values, which bounds it (Schur's inequality).
@@ -161,7 +165,9 @@ def samples_in_flight(system: DelaySystem) -> int:
     return int(min(4 ** np.ceil(np.log2(max(needed, _FEWEST)) / 2), _MOST))
 
 
-def free_response(system: DelaySystem, length: Array, points: np.ndarray) -> tuple[Array, Array]:
+def free_response(
+    system: DelaySystem, length: Number, points: np.ndarray
+) -> tuple[Float[Array, "q r d"], Float[Array, "d d"]]:
     """Outputs at points of [0, 1] of a piece without force, (q, r, d), and the end state, (d, d)."""
     n, s, _ = jnp.shape(system.inputs)
     phases = np.r_[points, 1.0]

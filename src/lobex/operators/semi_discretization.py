@@ -7,16 +7,16 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float, Int
 
 from lobex import _checks
 from lobex._pytree import pytree
+from lobex._shapes import AnyArray
 from lobex.operators.exponential import exponential
 from lobex.operators.operator import MonodromyOperator, in_form
 from lobex.systems.delays import Delay, WholePeriod
 from lobex.systems.mesh import pieces_of
 from lobex.systems.system import DelaySystem, dense_outputs
-
-Array = Any
 
 # The polynomial through samples at 0, 1, … as powers over factorials: rows are powers, columns samples.
 _THROUGH = {
@@ -91,12 +91,16 @@ class SemiDiscretization:
         lags = zip(system.delays, system.lags((edges[:-1] + edges[1:]) / 2), strict=True)
         brought = [self._brought(system, delay, lag) for delay, lag in lags]
 
-        def advance(z: Array, step: tuple[Array, Array, Array]) -> tuple[Array, Array]:
+        def advance(
+            z: Float[Array, "d N"], step: tuple[Float[Array, "d d"], Float[Array, "d p m"], Float[Array, "p m N"]]
+        ) -> tuple[Float[Array, "d N"], Float[Array, "d N"]]:
             propagator, response, delayed = step
             z = propagator @ z + jnp.einsum("dpr,prn->dn", response, delayed)
             return z, z
 
-        def over(state: tuple[Array, Array], steps: Any) -> tuple[tuple[Array, Array], Array]:
+        def over(
+            state: tuple[Float[Array, "d N"], Float[Array, "back m N"]], steps: Any
+        ) -> tuple[tuple[Float[Array, "d N"], Float[Array, "back m N"]], Float[Array, "steps r N"]]:
             z, past = state
             propagators, responses, oldest = steps
             delayed = [self._samples(past, back, len(propagators)) for back in oldest]
@@ -125,7 +129,7 @@ class SemiDiscretization:
         weight = jnp.asarray(np.r_[0.5, np.ones(k - 1), 0.5] / k, dtype=matrix.dtype)
         return MonodromyOperator(matrix, edges, weight, jnp.concatenate(outputs))
 
-    def _brought(self, system: DelaySystem, delay: Delay, lag: Array) -> "_Brought":
+    def _brought(self, system: DelaySystem, delay: Delay, lag: Float[Array, " k"]) -> "_Brought":
         """The samples that a delay brings to every step."""
         k = self.steps
         if isinstance(delay, WholePeriod):
@@ -136,7 +140,9 @@ class SemiDiscretization:
         oldest = jnp.clip(jnp.nan_to_num(nearest), least, most)
         return _Brought(oldest.astype(int), jax.vmap(lambda late: _polynomials(self.order, late))(oldest - steps))
 
-    def _samples(self, past: Array, oldest: Array | None, count: int) -> Array:
+    def _samples(
+        self, past: Float[Array, "back m N"], oldest: Int[Array, " count"] | None, count: int
+    ) -> Float[Array, "{count} p m N"]:
         """What a delay brings to the next ``count`` steps, (count, samples, m, N)."""
         samples = max(self.order, 1) + 1
         now = len(past) - 1
@@ -145,7 +151,9 @@ class SemiDiscretization:
             return jnp.stack([past[first + p : first + p + count] for p in range(samples)], axis=1)
         return past[now - oldest[:, None] + jnp.arange(count)[:, None] + jnp.arange(samples)]
 
-    def _steps(self, system: DelaySystem, edges: Array, brought: list["_Brought"]) -> tuple[Array, Array]:
+    def _steps(
+        self, system: DelaySystem, edges: Float[AnyArray, " edges"], brought: list["_Brought"]
+    ) -> tuple[Float[Array, "k d d"], Float[Array, "k d p m"]]:
         """Propagators (k, d, d) and the responses to all delayed samples (k, d, samples, m) of all steps."""
         k, d, e = self.steps, system.state_size, system.force_size
         powers = self.order + 1
@@ -154,7 +162,11 @@ class SemiDiscretization:
         ends = (edges[:1], edges[1:2]) if system.constant else (edges[:-1], edges[1:])
         means = system.mean(*ends)
 
-        def one(present: Array, delayed: tuple[Array, ...], weights: tuple[Array, ...]) -> tuple[Array, Array]:
+        def one(
+            present: Float[AnyArray, "e r"],
+            delayed: tuple[Float[AnyArray, "e m"], ...],
+            weights: tuple[Float[AnyArray, "powers p"], ...],
+        ) -> tuple[Float[Array, "d d"], Float[Array, "d p m"]]:
             # exp of the augmented matrix has h φ_p(A h) E beside exp(A h) (Al-Mohy and Higham, 2011): unlike
             # (3.18) it needs no inverse of A.
             wide = d + e * powers
@@ -184,11 +196,11 @@ class _Brought(NamedTuple):
         weights: powers of the phase over factorials, from the samples, (powers, samples), or (k, powers, samples).
     """
 
-    oldest: Array | None
-    weights: Array
+    oldest: Int[Array, " k"] | None
+    weights: Float[AnyArray, "*k powers p"]
 
 
-def _polynomials(order: int, late: Any) -> Array:
+def _polynomials(order: int, late: Any) -> Float[AnyArray, "powers p"]:
     """What a delay brings over a step as powers of the step's phase over factorials, from samples, (powers, samples).
 
     The step begins ``late`` steps after the oldest sample. Order 0 is the value in the middle of a straight line, w_a

@@ -2,7 +2,7 @@
 
 import dataclasses
 import functools
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -46,6 +46,7 @@ def doubts(error: np.ndarray, codes: type[Code], status_code: np.ndarray, parts:
     return lines + [f"  {code.words:<16} {np.sum(status_code == code)} {parts}" for code in told]
 
 
+@runtime_checkable
 class Timed(Protocol):
     """What a result says of the time that it took, s."""
 

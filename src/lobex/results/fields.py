@@ -5,7 +5,7 @@ import json
 import math
 from collections.abc import Callable
 from functools import cache
-from typing import Any, NamedTuple, Protocol, TypeVar, dataclass_transform, get_type_hints
+from typing import Any, NamedTuple, Protocol, TypeVar, dataclass_transform, get_type_hints, runtime_checkable
 
 import numpy as np
 
@@ -26,6 +26,7 @@ class Parts(NamedTuple):
     attributes: dict[str, Any]
 
 
+@runtime_checkable
 class Declared(Protocol):
     """How a dataset holds a field."""
 

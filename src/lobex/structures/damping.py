@@ -4,12 +4,12 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
 from lobex import _checks
 from lobex._float64 import in_float64
+from lobex._shapes import AnyArray
 from lobex.structures.matrices import check_symmetric, diagonal, is_sparse
-
-Array = Any
 
 # Of a mode's damping force: what matrices written with few digits leave.
 _LOST = 1e-3
@@ -17,7 +17,9 @@ _LOST = 1e-3
 _NONE = 1e-12
 
 
-def proportional_damping(damping: Any, mass: Any, stiffness: Any, angular_frequency: Array, vectors: Array) -> Array:
+def proportional_damping(
+    damping: Any, mass: Any, stiffness: Any, angular_frequency: Float[AnyArray, " n"], vectors: Float[AnyArray, "dof n"]
+) -> Float[AnyArray, " n"]:
     """Damping ratios ξ, (n,), of mass-normalised vectors (dof, n) under a damping matrix C, (dof, dof), N s/m.
 
     2ξω = vᵀCv, which is all of it where C v = 2ξω M v. What that leaves over of the force C v is measured at every
@@ -49,11 +51,11 @@ def proportional_damping(damping: Any, mass: Any, stiffness: Any, angular_freque
 
 
 @in_float64
-def _forces(damping: Any, vectors: Array) -> tuple[Array, Array]:
+def _forces(damping: Any, vectors: Float[AnyArray, "dof n"]) -> tuple[Float[Array, "dof n"], Float[Array, " n"]]:
     """C v, (dof, n), and vᵀ C v, (n,)."""
     force = jnp.asarray(_times(damping, vectors))
     return force, jnp.sum(vectors * force, axis=0)
 
 
-def _times(matrix: Any, vectors: Array) -> Array:
+def _times(matrix: Any, vectors: Float[AnyArray, "dof n"]) -> Float[AnyArray, "dof n"]:
     return matrix @ np.asarray(vectors) if is_sparse(matrix) else jnp.asarray(matrix) @ vectors

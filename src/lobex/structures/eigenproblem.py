@@ -7,13 +7,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import scipy.linalg
+from jaxtyping import Float, Real
 
 from lobex import _checks
 from lobex._float64 import in_float64
 from lobex._namespace import namespace
+from lobex._shapes import AnyArray, Number
 from lobex.structures.matrices import check_symmetric, dense, diagonal, is_sparse
-
-Array = Any
 
 # Of ω₁² M/K, in rounding units: 1e-6 and less clamped, 1 and more free, in rods and beams of up to 200 elements.
 _FREE = 0.01
@@ -21,7 +21,7 @@ _FREE = 0.01
 
 def vibration_modes(
     mass: Any, stiffness: Any, keep: Sequence[int] | None = None, condense: bool = False
-) -> tuple[Array, Array]:
+) -> tuple[Float[AnyArray, " n"], Float[AnyArray, "dof n"]]:
     """Angular natural frequencies (n,), rad/s, and mass-normalised vectors (dof, n), in order of frequency.
 
     Dense matrices may be traced: gradients flow through frequencies and vectors wherever the frequencies
@@ -65,7 +65,7 @@ def keep_modes(keep: Sequence[int], available: int) -> np.ndarray:
 
 
 @in_float64
-def _symmetric_pencil(mass: Any, stiffness: Any) -> tuple[Array, Array]:
+def _symmetric_pencil(mass: Any, stiffness: Any) -> tuple[Float[AnyArray, " n"], Float[AnyArray, "dof n"]]:
     """1/ω², largest first, and vectors with vᵀKv = 1.
 
     The problem is M v = ω⁻² K v, with K = L Lᵀ symmetric in Lᵀ v: its error is small beside the largest ω⁻², so
@@ -84,7 +84,9 @@ def _symmetric_pencil(mass: Any, stiffness: Any) -> tuple[Array, Array]:
     return inverse[::-1], solve(factor.T, rotated[:, ::-1], lower=False)
 
 
-def _resolved(mass: Any, stiffness: Any, inverse: Array, vectors: Array) -> tuple[Array, Array]:
+def _resolved(
+    mass: Any, stiffness: Any, inverse: Float[AnyArray, " n"], vectors: Float[AnyArray, "dof n"]
+) -> tuple[Float[AnyArray, " kept"], Float[AnyArray, "dof kept"]]:
     """The modes of which rounding leaves something; all of them where they are traced."""
     if _checks.is_traced((mass, stiffness)):
         return inverse, vectors
@@ -93,7 +95,9 @@ def _resolved(mass: Any, stiffness: Any, inverse: Array, vectors: Array) -> tupl
     return inverse[kept], vectors[:, kept]
 
 
-def _lowest_modes(mass: Any, stiffness: Any, keep: Sequence[int]) -> tuple[Array, Array]:
+def _lowest_modes(
+    mass: Any, stiffness: Any, keep: Sequence[int]
+) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, "dof n"]]:
     from scipy.sparse import csc_array
     from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
@@ -120,14 +124,14 @@ def _lowest_modes(mass: Any, stiffness: Any, keep: Sequence[int]) -> tuple[Array
     return np.sqrt(squared), vectors / np.sqrt(modal_mass)
 
 
-def _check_clamped(mass: np.ndarray, stiffness: np.ndarray, inverse: float) -> None:
+def _check_clamped(mass: np.ndarray, stiffness: np.ndarray, inverse: Number) -> None:
     """Require that the first 1/ω² is not that of a stiffness of mere rounding, beside the softest degree of freedom."""
     softest = np.min(np.asarray(stiffness, dtype=float)[mass > 0] / mass[mass > 0])
     if not 0 < inverse * softest < _FREE / np.finfo(float).eps:
         raise ValueError("stiffness is singular or indefinite; clamp rigid-body motion")
 
 
-def _check_masses(mass: np.ndarray, condense: bool) -> None:
+def _check_masses(mass: Real[AnyArray, " dof"], condense: bool) -> None:
     massless = int(np.sum(mass == 0))
     if massless and not condense:
         raise ValueError(

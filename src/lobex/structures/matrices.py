@@ -4,10 +4,10 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Real
 
 from lobex import _checks
-
-Array = Any
+from lobex._shapes import AnyArray
 
 # Of |Aᵢⱼ − Aⱼᵢ|, relative to √|Aᵢᵢ Aⱼⱼ|: a penalty on one degree of freedom hides nothing of the others.
 _ASYMMETRY = 1e-8
@@ -19,12 +19,12 @@ def is_sparse(matrix: Any) -> bool:
     return hasattr(matrix, "tocsc")
 
 
-def dense(matrix: Any) -> Array:
+def dense(matrix: Any) -> Real[AnyArray, "dof dof"]:
     """The matrix as an array."""
     return matrix.toarray() if is_sparse(matrix) else matrix
 
 
-def diagonal(matrix: Any) -> Array:
+def diagonal(matrix: Any) -> Real[AnyArray, " dof"]:
     """The diagonal, (dof,)."""
     return matrix.diagonal() if is_sparse(matrix) else np.diagonal(matrix)
 

@@ -5,16 +5,16 @@ from typing import Any
 
 import jax
 import numpy as np
+from jaxtyping import Float, Real
 
 from lobex import _checks
 from lobex._float64 import in_float64
 from lobex._namespace import namespace
 from lobex._pytree import pytree
+from lobex._shapes import AnyArray
 from lobex.structures.damping import proportional_damping
 from lobex.structures.eigenproblem import keep_modes, vibration_modes
 from lobex.structures.matrices import is_sparse, whole
-
-Array = Any
 
 
 @pytree()
@@ -36,11 +36,11 @@ class Modes:
             lengths that do not agree.
     """
 
-    angular_frequency: Array
-    damping_ratio: Array
-    shape: Array
+    angular_frequency: Real[AnyArray, " n"]
+    damping_ratio: Real[AnyArray, " n"]
+    shape: Real[AnyArray, "n r"]
     # None and not a copy: gradients and sensitivities to the one shape are those of both its parts together.
-    force_shape: Array | None = None
+    force_shape: Real[AnyArray, "n r"] | None = None
 
     def __post_init__(self) -> None:
         _checks.positive("angular_frequency", self.angular_frequency, "rad/s")
@@ -64,7 +64,7 @@ class Modes:
             raise ValueError(f"force_shape has shape {np.shape(self.loading)}; give that of shape, {self.shape.shape}")
 
     @property
-    def loading(self) -> Array:
+    def loading(self) -> Real[AnyArray, "n r"]:
         """ψ, how a unit contact force loads each mode, shape (n, r), 1/√kg: ``force_shape`` or, without, ``shape``."""
         return self.shape if self.force_shape is None else self.force_shape
 
@@ -79,7 +79,7 @@ class Modes:
         return np.shape(self.shape)[1]
 
     @property
-    def frequency(self) -> Array:
+    def frequency(self) -> Float[AnyArray, " n"]:
         """Natural frequencies ω/2π, shape (n,), Hz."""
         return self.angular_frequency / (2 * np.pi)
 
@@ -176,7 +176,7 @@ def check_modes(modes: Any, measured: bool = False) -> None:
 
 
 @in_float64
-def modal_damping(damping_ratio: Any, count: int) -> Array:
+def modal_damping(damping_ratio: Any, count: int) -> Float[AnyArray, " n"]:
     """Damping ratios of ``count`` modes, shape (count,), from one number or one per mode."""
     _checks.not_negative("damping_ratio", damping_ratio)
     if np.shape(damping_ratio) not in ((), (count,)):
@@ -188,17 +188,21 @@ def modal_damping(damping_ratio: Any, count: int) -> Array:
 
 
 @in_float64
-def _single(frequency: Any, damping_ratio: Any, mass: Any) -> tuple[Array, Array, Array]:
+def _single(
+    frequency: Any, damping_ratio: Any, mass: Any
+) -> tuple[Float[AnyArray, "1"], Float[AnyArray, "1"], Float[AnyArray, "1 1"]]:
     lib = namespace(frequency, damping_ratio, mass)
     number = [lib.asarray(value, dtype=lib.result_type(float)) for value in (frequency, damping_ratio, mass)]
     return 2 * lib.pi * number[0][None], number[1][None], 1 / lib.sqrt(number[2])[None, None]
 
 
 @in_float64
-def _plane(x: Modes, y: Modes) -> tuple[Array, Array, Array, Array | None]:
+def _plane(
+    x: Modes, y: Modes
+) -> tuple[Float[AnyArray, " n"], Float[AnyArray, " n"], Float[AnyArray, "n 2"], Float[AnyArray, "n 2"] | None]:
     lib = namespace(x, y)
 
-    def beside(one: Any, other: Any) -> Array:
+    def beside(one: Any, other: Any) -> Float[AnyArray, "n 2"]:
         return lib.block([[lib.asarray(one), lib.zeros((x.count, 1))], [lib.zeros((y.count, 1)), lib.asarray(other)]])
 
     same = x.force_shape is None and y.force_shape is None
@@ -211,7 +215,7 @@ def _plane(x: Modes, y: Modes) -> tuple[Array, Array, Array, Array | None]:
 
 
 @in_float64
-def _seen_at(vectors: Any, contact: Any) -> Array:
+def _seen_at(vectors: Any, contact: Any) -> Float[AnyArray, "n r"]:
     lib = namespace(vectors, contact)
     directions = lib.asarray(contact, dtype=lib.result_type(float))
     return lib.asarray(vectors).T @ directions.reshape(directions.shape[0], -1)

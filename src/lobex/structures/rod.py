@@ -4,15 +4,15 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from lobex import _checks
 from lobex._float64 import in_float64
 from lobex._namespace import namespace
 from lobex._pytree import pytree
+from lobex._shapes import AnyArray, Number
 from lobex.structures.eigenproblem import vibration_modes
 from lobex.structures.modes import Modes, modal_damping
-
-Array = Any
 
 # Its matrices are dense.
 _MOST_ELEMENTS = 200
@@ -36,10 +36,10 @@ class Rod:
     """
 
     elements: int = 5
-    young_modulus: Array = 210e7
-    density: Array = 4600.0
-    length: Array = 0.5
-    area: Array = 10e-4
+    young_modulus: Number = 210e7
+    density: Number = 4600.0
+    length: Number = 0.5
+    area: Number = 10e-4
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "elements", _checks.integer("elements", self.elements, 1, _MOST_ELEMENTS))
@@ -60,7 +60,9 @@ class Rod:
         ratio = modal_damping(damping_ratio, np.shape(vectors)[1])
         return Modes(angular_frequency, ratio, vectors[-1][:, None])
 
-    def matrices(self, damping_ratio: Any = 0.03) -> tuple[Array, Array, Array]:
+    def matrices(
+        self, damping_ratio: Any = 0.03
+    ) -> tuple[Float[AnyArray, "n n"], Float[AnyArray, "n n"], Float[AnyArray, "n n"]]:
         """Mass M_r (kg), stiffness K_r (N/m), both (1.11), and damping C (N s/m), (1.10), of shape (n, n)."""
         mass, stiffness = self._clamped()
         angular_frequency, vectors = vibration_modes(mass, stiffness)
@@ -68,7 +70,7 @@ class Rod:
         return mass, stiffness, _damping_matrix(mass, vectors, ratio, angular_frequency)
 
     @in_float64
-    def _clamped(self) -> tuple[Array, Array]:
+    def _clamped(self) -> tuple[Float[AnyArray, "n n"], Float[AnyArray, "n n"]]:
         n = self.elements
         inner = np.ones(n)
         inner[-1] = 0.5
@@ -82,7 +84,7 @@ class Rod:
 
 
 @in_float64
-def _damping_matrix(mass: Any, vectors: Any, ratio: Any, angular_frequency: Any) -> Array:
+def _damping_matrix(mass: Any, vectors: Any, ratio: Any, angular_frequency: Any) -> Float[AnyArray, "n n"]:
     # V⁻¹ = Vᵀ M for mass-normalised vectors, so that (1.10) needs no inverse.
     inverse = namespace(vectors).asarray(vectors).T @ mass
     return inverse.T @ ((2 * ratio * angular_frequency)[:, None] * inverse)

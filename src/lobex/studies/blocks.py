@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 import xarray
@@ -16,6 +16,7 @@ from lobex.studies.variation import ATTRIBUTES
 _KEPT = 4
 
 
+@runtime_checkable
 class Blocks(Protocol):
     """Chunks by number, and in messages what holds them."""
 

@@ -5,16 +5,16 @@ so that a method can end its intervals at the jumps.
 """
 
 from collections.abc import Callable
-from typing import Any, ClassVar, NamedTuple, Protocol
+from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
 from lobex._namespace import namespace
 from lobex._pytree import pytree
-
-Array = Any
+from lobex._shapes import AnyArray, Number
 
 # Gauss points that give the mean over a smooth part of a step, which is short.
 _POINTS = 6
@@ -28,11 +28,12 @@ class Piece(NamedTuple):
     ``idle`` is True or False where that is known before tracing, else a traced truth value.
     """
 
-    start: Array
-    length: Array
+    start: Number
+    length: Number
     idle: Any
 
 
+@runtime_checkable
 class Coefficient(Protocol):
     """A matrix (e, r) over the period: what a method asks of it, at k phases (k, e, r)."""
 
@@ -42,15 +43,15 @@ class Coefficient(Protocol):
         """The smooth pieces of one period, in order; the first may start anywhere. None where it has no jumps."""
         ...
 
-    def within(self, inside: Array, phase: Array) -> Array:
+    def within(self, inside: Number, phase: Float[AnyArray, " k"]) -> Float[AnyArray, "k e r"]:
         """At phases (k,) of the piece that holds the phase ``inside``, its ends taken from there."""
         ...
 
-    def at(self, phase: Array) -> Array:
+    def at(self, phase: Float[AnyArray, " k"]) -> Float[AnyArray, "k e r"]:
         """At any phases (k,), jumps included."""
         ...
 
-    def mean(self, start: Array, stop: Array) -> Array:
+    def mean(self, start: Float[AnyArray, " k"], stop: Float[AnyArray, " k"]) -> Float[AnyArray, "k e r"]:
         """Averages over the intervals [start, stop], each (k,) and shorter than a period."""
         ...
 
@@ -59,20 +60,20 @@ class Coefficient(Protocol):
 class Constant:
     """The same matrix (e, r) at all times."""
 
-    value: Array
+    value: Float[AnyArray, "e r"]
 
     constant: ClassVar[bool] = True
 
     def pieces(self) -> tuple[Piece, ...]:
         return ()
 
-    def at(self, phase: Array) -> Array:
+    def at(self, phase: Float[AnyArray, " k"]) -> Float[AnyArray, "k e r"]:
         return namespace(self).broadcast_to(self.value, (jnp.shape(phase)[0], *jnp.shape(self.value)))
 
-    def within(self, inside: Array, phase: Array) -> Array:
+    def within(self, inside: Number, phase: Float[AnyArray, " k"]) -> Float[AnyArray, "k e r"]:
         return self.at(phase)
 
-    def mean(self, start: Array, stop: Array) -> Array:
+    def mean(self, start: Float[AnyArray, " k"], stop: Float[AnyArray, " k"]) -> Float[AnyArray, "k e r"]:
         return self.at(start)
 
 
@@ -80,20 +81,20 @@ class Constant:
 class Harmonic:
     """amplitude · cos(2π t/T), with an amplitude of (e, r)."""
 
-    amplitude: Array
+    amplitude: Float[AnyArray, "e r"]
 
     constant: ClassVar[bool] = False
 
     def pieces(self) -> tuple[Piece, ...]:
         return ()
 
-    def at(self, phase: Array) -> Array:
+    def at(self, phase: Float[AnyArray, " k"]) -> Float[AnyArray, "k e r"]:
         return self.amplitude * jnp.cos(2 * jnp.pi * phase)[:, None, None]
 
-    def within(self, inside: Array, phase: Array) -> Array:
+    def within(self, inside: Number, phase: Float[AnyArray, " k"]) -> Float[AnyArray, "k e r"]:
         return self.at(phase)
 
-    def mean(self, start: Array, stop: Array) -> Array:
+    def mean(self, start: Float[AnyArray, " k"], stop: Float[AnyArray, " k"]) -> Float[AnyArray, "k e r"]:
         turn = 2 * jnp.pi
         cosine = (jnp.sin(turn * stop) - jnp.sin(turn * start)) / (turn * (stop - start))
         return self.amplitude * cosine[:, None, None]
@@ -103,9 +104,9 @@ class Harmonic:
 class Framed:
     """left · inner · right: a coefficient seen by other forces and outputs."""
 
-    left: Array
+    left: Float[AnyArray, "f e"]
     inner: Coefficient
-    right: Array
+    right: Float[AnyArray, "r o"]
 
     @property
     def constant(self) -> bool:
@@ -119,13 +120,13 @@ class Framed:
     def pieces(self) -> tuple[Piece, ...]:
         return self.inner.pieces()
 
-    def at(self, phase: Array) -> Array:
+    def at(self, phase: Float[AnyArray, " k"]) -> Float[AnyArray, "k f o"]:
         return self.left @ self.inner.at(phase) @ self.right
 
-    def within(self, inside: Array, phase: Array) -> Array:
+    def within(self, inside: Number, phase: Float[AnyArray, " k"]) -> Float[AnyArray, "k f o"]:
         return self.left @ self.inner.within(inside, phase) @ self.right
 
-    def mean(self, start: Array, stop: Array) -> Array:
+    def mean(self, start: Float[AnyArray, " k"], stop: Float[AnyArray, " k"]) -> Float[AnyArray, "k f o"]:
         return self.left @ self.inner.mean(start, stop) @ self.right
 
 
@@ -140,31 +141,31 @@ class Function:
         breaks: phases t/T at which it jumps, (b,).
     """
 
-    function: Callable[..., Array]
-    speed: Array
-    gain: Array
-    period: Array
-    breaks: Array
+    function: Callable[..., Float[AnyArray, "e r"]]
+    speed: Number
+    gain: Number
+    period: Number
+    breaks: Float[AnyArray, " b"]
 
     constant: ClassVar[bool] = False
 
     def pieces(self) -> tuple[Piece, ...]:
         return pieces_between(self.breaks) if jnp.shape(self.breaks)[0] else ()
 
-    def at(self, phase: Array) -> Array:
-        def one(phase: Array) -> Array:
+    def at(self, phase: Float[AnyArray, " k"]) -> Float[AnyArray, "k e r"]:
+        def one(phase: Number) -> Float[AnyArray, "e r"]:
             return self.function(jnp.mod(phase, 1.0) * self.period, self.speed, self.gain)
 
         return jax.vmap(one)(phase)
 
-    def within(self, inside: Array, phase: Array) -> Array:
+    def within(self, inside: Number, phase: Float[AnyArray, " k"]) -> Float[AnyArray, "k e r"]:
         if not jnp.shape(self.breaks)[0]:
             return self.at(phase)
         # On a jump the function itself says which side it takes: a little way inside there is no choice.
         before, after = (jnp.min(jnp.mod(side, 1.0)) for side in (inside - self.breaks, self.breaks - inside))
         return self.at(jnp.clip(phase, inside - (1 - _INSIDE) * before, inside + (1 - _INSIDE) * after))
 
-    def mean(self, start: Array, stop: Array) -> Array:
+    def mean(self, start: Float[AnyArray, " k"], stop: Float[AnyArray, " k"]) -> Float[AnyArray, "k e r"]:
         return mean_by_quadrature(self, start, stop)
 
 
@@ -174,7 +175,7 @@ def gauss_nodes(nodes: int) -> tuple[np.ndarray, np.ndarray]:
     return (points + 1) / 2, weights / 2
 
 
-def pieces_between(breaks: Array) -> tuple[Piece, ...]:
+def pieces_between(breaks: Float[AnyArray, " b"]) -> tuple[Piece, ...]:
     """The pieces between jumps at phases (b,), in any order."""
     lib = namespace(breaks)
     place = lib.sort(lib.mod(lib.asarray(breaks, dtype=lib.result_type(float)), 1.0))
@@ -182,7 +183,9 @@ def pieces_between(breaks: Array) -> tuple[Piece, ...]:
     return tuple(Piece(start, end - start, False) for start, end in zip(place, ends, strict=True))
 
 
-def mean_by_quadrature(coefficient: Coefficient, start: Array, stop: Array) -> Array:
+def mean_by_quadrature(
+    coefficient: Coefficient, start: Float[AnyArray, " k"], stop: Float[AnyArray, " k"]
+) -> Float[Array, "k e r"]:
     """Averages over intervals [start, stop], (k,), by Gauss' rule between the jumps that lie in each."""
     points, weights = np.polynomial.legendre.leggauss(_POINTS)
     jumps = jnp.stack([jnp.mod(piece.start, 1.0) for piece in coefficient.pieces()] or [jnp.zeros(())])

@@ -1,22 +1,23 @@
 """Delays: how long ago that was which acts now, as a share of the period T."""
 
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float
 
 from lobex._namespace import namespace
 from lobex._pytree import pytree
+from lobex._shapes import AnyArray, Number
 
-Array = Any
 
-
+@runtime_checkable
 class Delay(Protocol):
     """A delay τ(t) of period T, above zero. A class of one's own is a pytree of numbers with this function."""
 
-    def shares(self, phase: Array, period: Array) -> Array:
+    def shares(self, phase: Float[AnyArray, " k"], period: Number) -> Float[AnyArray, " k"]:
         """τ/T at phases t/T, (k,) → (k,)."""
         ...
 
@@ -25,7 +26,7 @@ class Delay(Protocol):
 class WholePeriod:
     """τ = T: what acts is found at the same places of the period before, and nothing is looked up between them."""
 
-    def shares(self, phase: Array, period: Array) -> Array:
+    def shares(self, phase: Float[AnyArray, " k"], period: Number) -> Float[AnyArray, " k"]:
         return namespace(phase).ones_like(phase)
 
 
@@ -33,9 +34,9 @@ class WholePeriod:
 class Share:
     """τ is a constant share of T, such as the pitch angle before a tooth in a revolution."""
 
-    share: Array
+    share: Number
 
-    def shares(self, phase: Array, period: Array) -> Array:
+    def shares(self, phase: Float[AnyArray, " k"], period: Number) -> Float[AnyArray, " k"]:
         return namespace(self.share, phase).broadcast_to(self.share, np.shape(phase))
 
 
@@ -43,9 +44,9 @@ class Share:
 class ConstantDelay:
     """τ in seconds, whatever T is."""
 
-    delay: Array
+    delay: Number
 
-    def shares(self, phase: Array, period: Array) -> Array:
+    def shares(self, phase: Float[AnyArray, " k"], period: Number) -> Float[AnyArray, " k"]:
         share = self.delay / period
         return namespace(share, phase).broadcast_to(share, np.shape(phase))
 
@@ -59,12 +60,12 @@ class Spread(ConstantDelay):
 class Varying:
     """τ(t) in seconds as a function of time t, s, and of speed and gain, which repeats with the period."""
 
-    function: Callable[..., Array]
-    speed: Array
-    gain: Array
+    function: Callable[..., Number]
+    speed: Number
+    gain: Number
 
-    def shares(self, phase: Array, period: Array) -> Array:
-        def one(phase: Array) -> Array:
+    def shares(self, phase: Float[AnyArray, " k"], period: Number) -> Float[AnyArray, "k ..."]:
+        def one(phase: Number) -> Any:
             return self.function(jnp.mod(phase, 1.0) * period, self.speed, self.gain) / period
 
         shares = jax.vmap(one)(jnp.ravel(phase))

@@ -5,13 +5,13 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from lobex._namespace import namespace
+from lobex._shapes import AnyArray
 from lobex.systems.coefficients import Coefficient, Framed
 from lobex.systems.system import DelaySystem
 from lobex.systems.terms import Delayed, Feedback, Present, Regenerative
-
-Array = Any
 
 
 def as_feedback(system: DelaySystem) -> DelaySystem:
@@ -33,7 +33,7 @@ def as_feedback(system: DelaySystem) -> DelaySystem:
     unit = np.eye(e)
     seen, one = np.eye(r, r + 1), np.eye(1, r + 1, r) / size
 
-    def framed(left: Array, coefficient: Coefficient, right: Array) -> Any:
+    def framed(left: Float[AnyArray, "e f"], coefficient: Coefficient, right: Float[AnyArray, "q r"]) -> Any:
         return Framed(left, coefficient, right)
 
     def terms() -> Iterator[Feedback]:
@@ -46,7 +46,7 @@ def as_feedback(system: DelaySystem) -> DelaySystem:
         for term in system.forcing:
             yield Present(framed(unit, term.coefficient, one))
 
-    def widened(part: Array, *added: tuple[int, int]) -> Array:
+    def widened(part: Float[AnyArray, "n ..."], *added: tuple[int, int]) -> Float[AnyArray, "n+1 ..."]:
         return lib.pad(lib.asarray(part), ((0, 1), *added))
 
     outputs = lib.concatenate([lib.pad(lib.asarray(system.outputs), ((0, 0), (0, 1), (0, 0))), of_one])

@@ -6,13 +6,13 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float, Int
 
 from lobex._namespace import namespace
+from lobex._shapes import AnyArray, Number
 from lobex.systems.coefficients import Coefficient, Piece, pieces_between
 from lobex.systems.delays import Delay, Spread, WholePeriod
 from lobex.systems.system import DelaySystem, Places
-
-Array = Any
 
 # Images of images of jumps: each generation bends forces by two orders less. The last one only where places are fewer.
 _IMAGES, _MANY = 2, 24
@@ -36,9 +36,9 @@ class Mesh(NamedTuple):
         recent: a delay may be shorter than a piece.
     """
 
-    start: Array
-    length: Array
-    gap: Array | None
+    start: Float[AnyArray, " M"]
+    length: Float[AnyArray, " M"]
+    gap: Float[AnyArray, " M"] | None
     history: int
     repeats: bool
     recent: bool
@@ -125,7 +125,7 @@ def _carriers(system: DelaySystem) -> dict[int, Delay]:
     return {index: delay for index, delay in enumerate(system.delays) if not isinstance(delay, kept)}
 
 
-def _generations(system: DelaySystem, images: int) -> list[Array]:
+def _generations(system: DelaySystem, images: int) -> list[Float[AnyArray, " _"]]:
     """The phases at which coefficients jump, and unless every delay is the whole period their images by each delay in
     turn, the images of those, and so on.
     """
@@ -138,14 +138,14 @@ def _generations(system: DelaySystem, images: int) -> list[Array]:
     return generations
 
 
-def _few_generations(system: DelaySystem) -> list[Array]:
+def _few_generations(system: DelaySystem) -> list[Float[AnyArray, " _"]]:
     """The phases at which pieces may end."""
     generations = _generations(system, _IMAGES)
     many = system.places is None and sum(map(len, generations)) > _MANY
     return generations[:2] if many else generations
 
 
-def _places(system: DelaySystem) -> Array:
+def _places(system: DelaySystem) -> Float[AnyArray, " b"]:
     """The same in one array."""
     generations = _few_generations(system)
     return namespace(generations).concatenate(generations)
@@ -176,7 +176,7 @@ def mesh_of(system: DelaySystem) -> Mesh:
     return Mesh(start, length, None, max(reach, 1), False, recent)
 
 
-def _array(numbers: list[Any]) -> Array:
+def _array(numbers: list[Any]) -> Float[AnyArray, " b"]:
     """Numbers as one array, at hand where they are."""
     lib = namespace(numbers)
     return lib.stack([lib.asarray(number, dtype=lib.result_type(float)) for number in numbers])
@@ -198,7 +198,7 @@ def _parts(system: DelaySystem, pieces: int) -> int:
     )
 
 
-def _image(jumps: Array, delay: Delay, period: Array) -> Array:
+def _image(jumps: Float[AnyArray, " b"], delay: Delay, period: Number) -> Float[AnyArray, " b"]:
     """The phases at which what happened at ``jumps`` acts."""
     # Among traced numbers as a loop alone: of a function of its own ``traits_of`` would not see what it leaves unused.
     if namespace(jumps, delay, period) is jnp:
@@ -207,8 +207,8 @@ def _image(jumps: Array, delay: Delay, period: Array) -> Array:
         return np.asarray(_carried_at_hand(jumps, delay, period))
 
 
-def _carried(jumps: Array, delay: Delay, period: Array) -> Array:
-    def closer(_: int, phase: Array) -> Array:
+def _carried(jumps: Float[AnyArray, " b"], delay: Delay, period: Number) -> Float[AnyArray, " b"]:
+    def closer(_: Int[Array, ""], phase: Float[AnyArray, " b"]) -> Float[AnyArray, " b"]:
         return jumps + delay.shares(phase, period)
 
     return jax.lax.fori_loop(0, _STEPS, closer, jumps)

@@ -1,11 +1,12 @@
 """Constant forces that act in one direction of the state, taken together as one."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
+
+from jaxtyping import Bool, Float
 
 from lobex._namespace import namespace
+from lobex._shapes import AnyArray
 from lobex.systems.system import DelaySystem, dense_outputs
-
-Array = Any
 
 # Of a product of two rounded numbers, and more.
 _ROUNDING = 1e-12
@@ -21,13 +22,13 @@ class OneForce(NamedTuple):
         apart: whether the forces act in several directions, so that no b serves all.
     """
 
-    inputs: Array
-    present: Array
-    delayed: Array
-    apart: Array
+    inputs: Float[AnyArray, " d"]
+    present: Float[AnyArray, " d"]
+    delayed: Float[AnyArray, " d"]
+    apart: Bool[AnyArray, ""]
 
 
-def one_force(system: DelaySystem, present: Array, delayed: Array) -> OneForce:
+def one_force(system: DelaySystem, present: Float[AnyArray, "e r"], delayed: Float[AnyArray, "e m"]) -> OneForce:
     """E (P C z(t) + Q D z(t − τ)) with a single b: E itself, or of several forces what their products have in common.
 
     Args:

@@ -2,20 +2,22 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import reduce
 from itertools import chain
+from operator import add
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Bool, Float
 
 from lobex._namespace import namespace
 from lobex._pytree import pytree
+from lobex._shapes import AnyArray, Number
 from lobex.structures.modes import Modes, check_modes
 from lobex.systems.coefficients import Coefficient, Framed
 from lobex.systems.delays import Delay, WholePeriod
 from lobex.systems.terms import Distributed, Feedback, Forcing, Term
-
-Array = Any
 
 # Of a delay, what single precision leaves.
 _ROUNDING = 1e-6
@@ -29,8 +31,8 @@ class Forces(NamedTuple):
         delayed: Q, of w(t − τ), for each of ``DelaySystem.delays``, (k, e, m) each.
     """
 
-    present: Array
-    delayed: tuple[Array, ...]
+    present: Float[AnyArray, "k e r"]
+    delayed: tuple[Float[AnyArray, "k e m"], ...]
 
 
 class Places(NamedTuple):
@@ -62,12 +64,12 @@ class DelaySystem:
         places: where pieces have to end, of all places where they may, see ``mesh.places_that_matter``; None for all.
     """
 
-    blocks: Array
-    inputs: Array
-    outputs: Array
-    period: Array
+    blocks: Float[AnyArray, "n s s"]
+    inputs: Float[AnyArray, "n s e"]
+    outputs: Float[AnyArray, "n r s"]
+    period: Number
     terms: tuple[Term, ...]
-    remembered: Array | None = None
+    remembered: Float[AnyArray, "n m s"] | None = None
     longest: float = 1.0
     shortest: float = 1.0
     places: Places | None = None
@@ -92,7 +94,7 @@ class DelaySystem:
         return np.shape(self.outputs)[1]
 
     @property
-    def recalled(self) -> Array:
+    def recalled(self) -> Float[AnyArray, "*lanes n m s"]:
         """The columns of D per block, (n, m, s)."""
         return self.outputs if self.remembered is None else self.remembered
 
@@ -123,48 +125,48 @@ class DelaySystem:
         others = [delay for delay in every if not isinstance(delay, WholePeriod)]
         return (*[WholePeriod()] * (len(others) < len(every)), *others)
 
-    def lags(self, phase: Array) -> tuple[Array, ...]:
+    def lags(self, phase: Float[AnyArray, " k"]) -> tuple[Float[Array, " k"], ...]:
         """Every delay at phases, in periods, of their shape: no number, rather than a wrong one, where it is not above
         zero and in the range that was said.
         """
         shares = tuple(delay.shares(phase, self.period) for delay in self.delays)
         return tuple(jnp.where(self.declared(lag), lag, jnp.nan) for lag in shares)
 
-    def declared(self, lag: Array) -> Array:
+    def declared(self, lag: Float[AnyArray, "..."]) -> Bool[AnyArray, "..."]:
         """Whether delays, in periods, are above zero and in the range that was said."""
         return (lag > 0) & (lag >= self.shortest * (1 - _ROUNDING)) & (lag <= self.longest * (1 + _ROUNDING))
 
-    def within(self, inside: Array, phase: Array) -> Forces:
+    def within(self, inside: Number, phase: Float[AnyArray, " k"]) -> Forces:
         """All coefficients at phases (k,) of the piece that holds the phase ``inside``."""
         return self._forces(lambda coefficient: coefficient.within(inside, phase))
 
-    def at(self, phase: Array) -> Forces:
+    def at(self, phase: Float[AnyArray, " k"]) -> Forces:
         """All coefficients at any phases (k,), jumps included."""
         return self._forces(lambda coefficient: coefficient.at(phase))
 
-    def mean(self, start: Array, stop: Array) -> Forces:
+    def mean(self, start: Float[AnyArray, " k"], stop: Float[AnyArray, " k"]) -> Forces:
         """Averages of all coefficients over the intervals [start, stop], each of shape (k,)."""
         return self._forces(lambda coefficient: coefficient.mean(start, stop))
 
-    def mean_forcing(self, start: Array, stop: Array) -> Array | None:
+    def mean_forcing(self, start: Float[AnyArray, " k"], stop: Float[AnyArray, " k"]) -> Float[AnyArray, "k e"] | None:
         """Averages of the forcing over the intervals [start, stop], (k, e); None without forcing."""
         parts: list[Any] = [term.coefficient.mean(start, stop)[..., 0] for term in self.forcing]
-        return sum(parts[1:], parts[0]) if parts else None
+        return reduce(add, parts) if parts else None
 
-    def drift(self) -> Array:
+    def drift(self) -> Float[AnyArray, "d d"]:
         """A as a dense matrix, (d, d)."""
         n, s = np.shape(self.blocks)[:2]
         return jnp.einsum("ij,iab->iajb", jnp.eye(n), self.blocks).reshape(n * s, n * s)
 
-    def input_matrix(self) -> Array:
+    def input_matrix(self) -> Float[AnyArray, "d e"]:
         """E as a dense matrix, (d, e)."""
         return namespace(self.inputs).reshape(self.inputs, (self.state_size, self.force_size))
 
-    def output_matrix(self) -> Array:
+    def output_matrix(self) -> Float[AnyArray, "r d"]:
         """C as a dense matrix, (r, d)."""
         return dense_outputs(self.outputs)
 
-    def _forces(self, value: Callable[[Coefficient], Array]) -> Forces:
+    def _forces(self, value: Callable[[Coefficient], Float[AnyArray, "k e r"]]) -> Forces:
         """The values of all coefficients, summed by what they act on."""
         present: list[Any] = []
         whole: list[Any] = []
@@ -177,17 +179,17 @@ class DelaySystem:
         if not present:
             shape = jnp.shape((whole + others)[0])[0], self.force_size, self.output_size
             present = [namespace(whole, others).zeros(shape)]
-        every = tuple([sum(whole[1:], whole[0])] if whole else []) + tuple(others)
-        return Forces(sum(present[1:], present[0]), every)
+        every = tuple([reduce(add, whole)] if whole else []) + tuple(others)
+        return Forces(reduce(add, present), every)
 
 
-def dense_outputs(outputs: Array) -> Array:
+def dense_outputs(outputs: Float[AnyArray, "n r s"]) -> Float[AnyArray, "r d"]:
     """Columns per block (n, r, s) as one matrix, (r, d)."""
     n, r, s = np.shape(outputs)
     return namespace(outputs).swapaxes(outputs, 0, 1).reshape(r, n * s)
 
 
-def modal_system(modes: Modes, period: Array, terms: tuple[Term, ...], **others: Any) -> DelaySystem:
+def modal_system(modes: Modes, period: Number, terms: tuple[Term, ...], **others: Any) -> DelaySystem:
     """The delay system of vibration modes under contact forces; the state of a mode is (u, u̇/ω)."""
     check_modes(modes)
     lib = namespace(modes)

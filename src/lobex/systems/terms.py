@@ -1,13 +1,13 @@
 """Terms: the forces of which a delay system is the sum."""
 
 from collections.abc import Callable
-from typing import Any
+
+from jaxtyping import Float
 
 from lobex._pytree import pytree
+from lobex._shapes import AnyArray, Number
 from lobex.systems.coefficients import Coefficient, gauss_nodes
 from lobex.systems.delays import Delay, Spread, WholePeriod
-
-Array = Any
 
 
 @pytree()
@@ -18,7 +18,9 @@ class Present:
 
     delay: None = None
 
-    def parts(self, value: Array) -> tuple[Array | None, Array | None]:
+    def parts(
+        self, value: Float[AnyArray, "k e r"]
+    ) -> tuple[Float[AnyArray, "k e r"] | None, Float[AnyArray, "k e r"] | None]:
         """What a value of the coefficient does to y(t) and to w(t − τ)."""
         return value, None
 
@@ -30,7 +32,9 @@ class Delayed:
     coefficient: Coefficient
     delay: Delay = WholePeriod()
 
-    def parts(self, value: Array) -> tuple[Array | None, Array | None]:
+    def parts(
+        self, value: Float[AnyArray, "k e r"]
+    ) -> tuple[Float[AnyArray, "k e r"] | None, Float[AnyArray, "k e r"] | None]:
         """What a value of the coefficient does to y(t) and to w(t − τ)."""
         return None, value
 
@@ -42,7 +46,9 @@ class Regenerative:
     coefficient: Coefficient
     delay: Delay = WholePeriod()
 
-    def parts(self, value: Array) -> tuple[Array | None, Array | None]:
+    def parts(
+        self, value: Float[AnyArray, "k e r"]
+    ) -> tuple[Float[AnyArray, "k e r"] | None, Float[AnyArray, "k e r"] | None]:
         """What a value of the coefficient does to y(t) and to w(t − τ)."""
         return -value, value
 
@@ -59,9 +65,9 @@ class Distributed:
         nodes: of Gauss' rule.
     """
 
-    kernel: Callable[[Array, Array], Coefficient]
-    start: Array
-    stop: Array
+    kernel: Callable[[Number, Number], Coefficient]
+    start: Number
+    stop: Number
     nodes: int
 
     def points(self) -> tuple[Delayed, ...]:

@@ -4,11 +4,11 @@ from typing import Any, NamedTuple
 
 import jax
 from jax.extend.core import Literal
+from jaxtyping import Float
 
+from lobex._shapes import AnyArray, Number
 from lobex.systems.form import by_form
 from lobex.systems.mesh import mesh_of
-
-Array = Any
 
 
 class Traits(NamedTuple):
@@ -32,7 +32,7 @@ def traits_of(made: Any, shapes: tuple[Any, ...], number: Any) -> Traits:
     the gain if anything that goes in does.
     """
 
-    def parts(numbers: tuple[Array, ...], speed: Array, gain: Array) -> tuple[Any, Any]:
+    def parts(numbers: tuple[Float[AnyArray, "..."], ...], speed: Number, gain: Number) -> tuple[Any, Any]:
         system = made(numbers).system(speed, gain)
         mesh = mesh_of(system)
         phase = mesh.start + mesh.length / 2
