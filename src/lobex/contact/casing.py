@@ -3,17 +3,17 @@
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from jaxtyping import Float, Real
 
 from lobex import _checks
 from lobex._by_name import by_name
 from lobex._float64 import in_float64
 from lobex._namespace import namespace
 from lobex._pytree import pytree
+from lobex._shapes import AnyArray, Number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-Array = Any
 
 _MOST_BUMPS = 100_000
 
@@ -52,13 +52,13 @@ class Casing:
     """
 
     nodal_diameters: int = 2
-    amplitude: Array = 1e-4
-    clearance: Array = 0.0
+    amplitude: Number = 1e-4
+    clearance: Number = 0.0
     bump: str = "cosine"
-    bump_width: Array = 0.5
-    radius: Array = 0.5
-    axial_width: Array = 1.0
-    surface: Array | None = None
+    bump_width: Number = 0.5
+    radius: Number = 0.5
+    axial_width: Number = 1.0
+    surface: Real[AnyArray, " cells"] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(
@@ -87,7 +87,7 @@ class Casing:
                 raise ValueError(f"surface has shape {np.shape(self.surface)}; give one value per cell, (cells,)")
 
     @in_float64
-    def profile(self, cells: int) -> Array:
+    def profile(self, cells: int) -> Float[AnyArray, " {cells}"]:
         """The profile at the angles 2π c/cells, c = 0, 1, …, shape (cells,), m.
 
         Raises:

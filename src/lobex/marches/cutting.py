@@ -1,16 +1,16 @@
 """One lane of turning in time, in pure JAX: a structure, a cutting law, and the surface that earlier passes left."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
+from lobex._shapes import AnyArray, Number
 from lobex.contact.laws import ContactLaw
 from lobex.marches.stepping import step_of
 from lobex.systems.system import DelaySystem
-
-Array = Any
 
 # Newton's method on h + β F(h) = c, with β F' far below 1: linear laws are exact after one.
 _NEWTON_STEPS = 4
@@ -19,21 +19,21 @@ _NEWTON_STEPS = 4
 class Pass(NamedTuple):
     """Tool displacement (m), chip thickness (m) and cutting force (N) at sampled times, each (samples,)."""
 
-    displacement: Array
-    chip_thickness: Array
-    force: Array
+    displacement: Float[Array, " *samples"]
+    chip_thickness: Float[Array, " *samples"]
+    force: Float[AnyArray, " *samples"]
 
 
 def march_cut(
     system: DelaySystem,
     law: ContactLaw,
-    depth: Array,
-    feed: Array,
-    past: Array,
-    state: Array,
+    depth: Number,
+    feed: Number,
+    past: Float[AnyArray, "edges 1"],
+    state: Float[AnyArray, " d"],
     revolutions: int,
     every: int = 1,
-) -> tuple[Pass, Array]:
+) -> tuple[Pass, Float[Array, " d"]]:
     """March q from (2.8) with F = b · law(h), where h is how far the tool stands below the lowest surface.
 
     Seen from the tool's mean path, the surface rises by the feed h₀ in each revolution, w(t) = h₀ + min(w, q)(t − τ).
@@ -49,13 +49,13 @@ def march_cut(
     step = step_of(system, system.period / steps)
     half = step.compliance[0, 0] / 2
 
-    def force_at(chip: Array) -> Array:
+    def force_at(chip: Float[AnyArray, ""]) -> Float[AnyArray, ""]:
         return depth * law.force(chip)
 
-    def chip_at_end(known: Array) -> Array:
+    def chip_at_end(known: Float[AnyArray, ""]) -> Float[Array, ""]:
         """The root h of h + half · F(h) = known, unique since no law falls."""
 
-        def newton(chip: Array, _: None) -> tuple[Array, None]:
+        def newton(chip: Float[Array, ""], _: None) -> tuple[Float[Array, ""], None]:
             value, slope = jax.jvp(force_at, (chip,), (jnp.ones_like(chip),))
             better = chip - (chip + half * value - known) / (1 + half * slope)
             return jnp.clip(better, 0.0, jnp.maximum(known, 0.0)), None
@@ -63,7 +63,9 @@ def march_cut(
         chip = jax.lax.scan(newton, jnp.maximum(known, 0.0), None, length=_NEWTON_STEPS, unroll=_NEWTON_STEPS)[0]
         return jnp.where(known > 0, chip, known)
 
-    def advance(carry: tuple[Array, Array], surface: Array) -> tuple[tuple[Array, Array], Pass]:
+    def advance(
+        carry: tuple[Float[Array, "n s"], Float[AnyArray, ""]], surface: Float[AnyArray, ""]
+    ) -> tuple[tuple[Float[Array, "n s"], Float[AnyArray, ""]], Pass]:
         z, force = carry
         free = step.free(z)
         free_output = step.output(free)[0]
@@ -74,12 +76,14 @@ def march_cut(
         force = force_at(chip)
         return (free + step.push(mean), force), Pass(q, jnp.maximum(chip, 0.0), force)
 
-    def begin(z: Array, surface: Array) -> Pass:
+    def begin(z: Float[Array, "n s"], surface: Float[AnyArray, " edges"]) -> Pass:
         q = step.output(z)[0]
         chip = surface[0] - q
         return Pass(q, jnp.maximum(chip, 0.0), force_at(chip))
 
-    def one_revolution(carry: tuple[Array, Array], _: None) -> tuple[tuple[Array, Array], Pass]:
+    def one_revolution(
+        carry: tuple[Float[Array, "n s"], Float[AnyArray, " edges"]], _revolution: None
+    ) -> tuple[tuple[Float[Array, "n s"], Float[AnyArray, " edges"]], Pass]:
         z, surface = carry
         first = begin(z, surface)
         (z, _), after = jax.lax.scan(advance, (z, first.force), surface[1:], unroll=2)

@@ -10,8 +10,9 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float, Int
 
-Array = Any
+from lobex._shapes import AnyArray
 
 LENGTH = 10
 """Length of the filter, in output samples; the output lags by half of it."""
@@ -47,7 +48,12 @@ def filter_matrix(steps: int, factor: int) -> np.ndarray:
     return matrix
 
 
-def decimate(matrix: Array, factor: int, tail: Array, signal: Array) -> Array:
+def decimate(
+    matrix: Float[AnyArray, "tile stretch"],
+    factor: int,
+    tail: Float[Array, "tail lanes"],
+    signal: Float[Array, "steps lanes"],
+) -> Float[Array, "samples lanes"]:
     """Every ``factor``-th sample of the filtered ``signal`` (steps, lanes) that follows ``tail``.
 
     ``tail`` is (LENGTH · factor, lanes), the end of the signal before. Sample j is centred LENGTH/2 samples before
@@ -60,5 +66,7 @@ def decimate(matrix: Array, factor: int, tail: Array, signal: Array) -> Array:
     return tiles.reshape(-1, signal.shape[1])
 
 
-def _tile(matrix: Array, extended: Array, start: Array) -> Array:
+def _tile(
+    matrix: Float[AnyArray, "tile stretch"], extended: Float[Array, "steps lanes"], start: Int[Array, ""]
+) -> Float[AnyArray, "tile lanes"]:
     return matrix @ jax.lax.dynamic_slice_in_dim(extended, start, matrix.shape[1])

@@ -1,14 +1,15 @@
 """The march of a delayed process in time: the proof, by integration, of what a multiplier says."""
 
 from functools import partial
-from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
 from lobex import _checks
 from lobex._float64 import at_once, widened
+from lobex._shapes import AnyArray, ArrayLike, Number
 from lobex._timing import timed
 from lobex.marches.growth_fit import MOST_PERIODS, fit_growth
 from lobex.marches.linear import Motion, march_system, steps_ahead, steps_back
@@ -20,8 +21,6 @@ from lobex.results.description import describe
 from lobex.results.march import March
 from lobex.systems.system import DelaySystem
 
-Array = Any
-
 # Of a forced motion, changes below this share hold rounding.
 _SETTLED = 1e-10
 # Of a period, at which the stiffness of a contact that varies is looked at.
@@ -30,13 +29,13 @@ _PHASES = 64
 
 def march_delay(
     process: Process,
-    speed: Array,
-    gain: Array,
+    speed: ArrayLike,
+    gain: ArrayLike,
     history: History,
     periods: int,
     steps_per_period: int,
     *,
-    state: Array | None = None,
+    state: ArrayLike | None = None,
     every: int = 1,
 ) -> March:
     """March a delayed process in time, from its motion during the longest delay, and fit how it grows per period.
@@ -163,22 +162,29 @@ def _delay_states(motion: Motion, system: DelaySystem, count: int) -> np.ndarray
 
 @jax.jit
 @jax.vmap
-def _stiffness(system: DelaySystem) -> Array:
+def _stiffness(system: DelaySystem) -> Float[Array, ""]:
     """The largest contact force per displacement in a period, now and a delay ago together."""
     forces = system.at(jnp.arange(1 if system.constant else _PHASES) / _PHASES)
     return jnp.max(sum(jnp.linalg.norm(part, axis=(1, 2)) for part in (forces.present, *forces.delayed)))
 
 
 @jax.jit
-def _systems(process: Process, speed: Array, gain: Array) -> DelaySystem:
+def _systems(process: Process, speed: Float[AnyArray, " lanes"], gain: Float[AnyArray, " lanes"]) -> DelaySystem:
     return jax.vmap(process.system)(speed, gain)
 
 
 @partial(jax.jit, static_argnames=("steps", "periods", "every"))
 def _march(
-    process: Process, speed: Array, gain: Array, past: Array, state: Array, steps: int, periods: int, every: int
+    process: Process,
+    speed: Float[AnyArray, " lanes"],
+    gain: Float[AnyArray, " lanes"],
+    past: Float[AnyArray, "lanes back m"],
+    state: Float[AnyArray, "lanes d"],
+    steps: int,
+    periods: int,
+    every: int,
 ) -> Motion:
-    def lane(speed: Array, gain: Array, past: Array, state: Array) -> Motion:
+    def lane(speed: Number, gain: Number, past: Float[AnyArray, "back m"], state: Float[AnyArray, " d"]) -> Motion:
         return march_system(process.system(speed, gain), past, state, steps, periods, every)
 
     return jax.vmap(lane)(speed, gain, past, state)

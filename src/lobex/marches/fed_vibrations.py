@@ -6,13 +6,9 @@ of 1 (the small gain theorem). The highest ω at which it is, stiffened by the c
 that matters; modes above it only ring down, which a march that is exact in free vibration does not get wrong.
 """
 
-from typing import Any
-
 import numpy as np
 
 from lobex.systems.system import DelaySystem
-
-Array = Any
 
 STEPS_PER_WAVE = 8
 # Points of the search over frequency: between the slowest mode and the highest, and within resonances: none at their

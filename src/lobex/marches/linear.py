@@ -6,12 +6,12 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
+from lobex._shapes import AnyArray
 from lobex.marches.stepping import step_of, times
 from lobex.systems.delays import WholePeriod
 from lobex.systems.system import DelaySystem
-
-Array = Any
 
 # A loop over so few stretches is written out.
 _FEW = 4
@@ -19,11 +19,15 @@ _FEW = 4
 _ROUNDING = 1e-6
 
 
+# z, and the record of w.
+_Carry = tuple[Float[AnyArray, "n s"], Float[AnyArray, "back m"]]
+
+
 class Motion(NamedTuple):
     """What a march leaves: y at the kept steps, (periods, steps/every, r), and z after every period, (periods, d)."""
 
-    output: Array
-    states: Array
+    output: Float[AnyArray, "*lanes periods steps r"]
+    states: Float[AnyArray, "*lanes periods d"]
 
 
 def steps_back(system: DelaySystem, steps: int) -> int:
@@ -36,7 +40,14 @@ def steps_ahead(system: DelaySystem, steps: int) -> int:
     return int(min(system.shortest * steps + _ROUNDING, steps))
 
 
-def march_system(system: DelaySystem, past: Array, state: Array, steps: int, periods: int, every: int = 1) -> Motion:
+def march_system(
+    system: DelaySystem,
+    past: Float[AnyArray, "back m"],
+    state: Float[AnyArray, " d"],
+    steps: int,
+    periods: int,
+    every: int = 1,
+) -> Motion:
     """March ż = A z + E [P y + Σ Q w(t − τ) + g] from t = 0 on, in equal steps of T/steps.
 
     The free motion of every block is exact, so stiff modes cost nothing and do not limit the step. The force is that
@@ -70,7 +81,9 @@ def march_system(system: DelaySystem, past: Array, state: Array, steps: int, per
     # A period is found without looking.
     places = [None if isinstance(delay, WholePeriod) else _places(steps * lag) for delay, lag in lags]
 
-    def advance(carry: tuple[Array, Array], given: Any) -> tuple[tuple[Array, Array], tuple[Array, Any]]:
+    def advance(
+        carry: tuple[Float[AnyArray, "n s"], Float[Array, " r"]], given: Any
+    ) -> tuple[tuple[Float[Array, "n s"], Float[Array, " r"]], tuple[Float[Array, " r"], Any]]:
         z, y = carry
         brought, changing, push = given
         of_present, of_past = coefficients if constant else changing
@@ -85,7 +98,9 @@ def march_system(system: DelaySystem, past: Array, state: Array, steps: int, per
         z = free + step.push(force)
         return (z, y), (y, None if system.remembered is None else _remembered(system, z))
 
-    def over(count: int, carry: tuple[Array, Array, Array], given: Any) -> tuple[tuple[Array, Array, Array], Array]:
+    def over(
+        count: int, carry: tuple[Float[AnyArray, "n s"], Float[Array, " r"], Float[AnyArray, "back m"]], given: Any
+    ) -> tuple[tuple[Float[AnyArray, "n s"], Float[Array, " r"], Float[AnyArray, "back m"]], Float[Array, "count r"]]:
         z, y, record = carry
         places, *others = given
         brought = tuple(_means(record, place, steps, count) for place in places)
@@ -102,7 +117,12 @@ def march_system(system: DelaySystem, past: Array, state: Array, steps: int, per
     most = jax.tree.map(lambda part: part[: steps - rest].reshape(count, ahead, *part.shape[1:]), changing)
     last = jax.tree.map(lambda part: part[steps - rest :], changing)
 
-    def one_period(carry: tuple[Array, Array], _: None) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+    def one_period(
+        carry: _Carry, _period: None
+    ) -> tuple[
+        tuple[Float[AnyArray, "n s"], Float[AnyArray, "back m"]],
+        tuple[Float[AnyArray, "kept r"], Float[AnyArray, " d"]],
+    ]:
         z, record = carry
         state = z, step.output(z), record
         state, after = jax.lax.scan(partial(over, ahead), state, most, length=count, unroll=count <= _FEW or 1)
@@ -117,17 +137,19 @@ def march_system(system: DelaySystem, past: Array, state: Array, steps: int, per
     return Motion(*jax.lax.scan(one_period, start, None, length=periods)[1])
 
 
-def _remembered(system: DelaySystem, state: Array) -> Array:
+def _remembered(system: DelaySystem, state: Float[AnyArray, "n s"]) -> Float[Array, " m"]:
     """w = D z of a state (n, s), (m,)."""
     return jnp.sum(system.recalled * state[:, None, :], axis=(0, 2))
 
 
-def _places(back: Array) -> Array:
+def _places(back: Float[Array, " edges"]) -> Float[Array, "steps 2"]:
     """How many steps before each step's start and end what acts there lies, (steps, 2), from a delay in steps."""
     return jnp.stack([back[:-1], back[1:] - 1], axis=1)
 
 
-def _means(record: Array, place: Array | None, steps: int, count: int) -> Array:
+def _means(
+    record: Float[AnyArray, "back m"], place: Float[Array, "steps 2"] | None, steps: int, count: int
+) -> Float[AnyArray, "{count} m"]:
     """The means of what a delay brings to the ends of the next ``count`` steps, (count, m)."""
     now = len(record) - 1
     if place is None:

@@ -1,16 +1,16 @@
 """One revolution of a rubbing blade at many speeds: every lane moves on by one casing cell per step."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Float
 
+from lobex._shapes import AnyArray
 from lobex.contact.laws import ContactLaw
 from lobex.marches.central_difference import ModalStep
 from lobex.marches.decimation import decimate
 from lobex.structures.modes import Modes
-
-Array = Any
 
 # Steps per turn of the loop, for less overhead; more only compiled longer.
 _UNROLL = 4
@@ -20,30 +20,30 @@ class Blade(NamedTuple):
     """Where a revolution begins and ends: modal displacement and velocity (modes, lanes), depth removed
     (cells, lanes), and the tip's last displacements (tail, lanes) for the decimation's filter."""
 
-    displacement: Array
-    velocity: Array
-    depth: Array
-    tail: Array
+    displacement: Float[Array, "modes lanes"]
+    velocity: Float[Array, "modes lanes"]
+    depth: Float[Array, "cells lanes"]
+    tail: Float[Array, "tail lanes"]
 
 
 class Totals(NamedTuple):
     """Over one revolution, per lane (lanes,): the largest |tip|, the share of steps in contact, the sum of what was
     removed from the cells, and the energies; see ``revolve``."""
 
-    amplitude: Array
-    contact: Array
-    removed: Array
-    input_energy: Array
-    damping_energy: Array
-    removal_energy: Array
+    amplitude: Float[Array, " lanes"]
+    contact: Float[Array, " lanes"]
+    removed: Float[Array, " lanes"]
+    input_energy: Float[Array, " lanes"]
+    damping_energy: Float[Array, " lanes"]
+    removal_energy: Float[Array, " lanes"]
 
 
 class _Step(NamedTuple):
-    displacement: Array
-    increment: Array
-    tip: Array
-    driven: Array
-    driven_before: Array
+    displacement: Float[Array, "modes lanes"]
+    increment: Float[Array, "modes lanes"]
+    tip: Float[Array, " lanes"]
+    driven: Float[Array, " lanes"]
+    driven_before: Float[Array, " lanes"]
     totals: Totals
 
 
@@ -51,9 +51,9 @@ class Revolution(NamedTuple):
     """What a revolution leaves, per lane: samples of the tip (samples, lanes), totals, and ``stored_energy`` (lanes,)
     at its end."""
 
-    tip: Array
+    tip: Float[Array, "samples lanes"]
     totals: Totals
-    stored_energy: Array
+    stored_energy: Float[Array, " lanes"]
 
 
 def at_rest(modes: Modes, cells: int, lanes: int, tail: int) -> Blade:
@@ -63,7 +63,13 @@ def at_rest(modes: Modes, cells: int, lanes: int, tail: int) -> Blade:
 
 
 def revolve(
-    modes: Modes, law: ContactLaw, profile: Array, speed: Array, blade: Blade, matrix: Array, factor: int
+    modes: Modes,
+    law: ContactLaw,
+    profile: Float[AnyArray, " cells"],
+    speed: Float[AnyArray, " lanes"],
+    blade: Blade,
+    matrix: Float[AnyArray, "tile stretch"],
+    factor: int,
 ) -> tuple[Blade, Revolution]:
     """One revolution at the speeds (lanes,), Hz, over the unworn profile (cells,), m.
 
@@ -80,7 +86,9 @@ def revolve(
     march = ModalStep.of(modes, 1 / (cells * speed))
     none = jnp.zeros_like(speed)
 
-    def step(state: _Step, cell: tuple[Array, Array]) -> tuple[_Step, tuple[Array, Array]]:
+    def step(
+        state: _Step, cell: tuple[Float[AnyArray, ""], Float[Array, " lanes"]]
+    ) -> tuple[_Step, tuple[Float[Array, " lanes"], Float[Array, " lanes"]]]:
         unworn, depth = cell
         surface = unworn + depth
         penetration = state.tip - surface
@@ -130,6 +138,8 @@ def revolve(
     return Blade(state.displacement, velocity, depth, tail), result
 
 
-def _force(law: ContactLaw, tip: Array, profile: Array, depth: Array) -> Array:
+def _force(
+    law: ContactLaw, tip: Float[Array, " lanes"], profile: Float[AnyArray, " cells"], depth: Float[Array, "cells lanes"]
+) -> Float[AnyArray, " lanes"]:
     """The force in the first cell of the revolution."""
     return law.force(tip - profile[0] - depth[0], depth[0])

@@ -6,14 +6,15 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
 from lobex import _checks
 from lobex._float64 import in_float64
+from lobex._shapes import ArrayLike
 from lobex.structures.eigenproblem import vibration_modes
 from lobex.structures.rod import Rod
 from lobex.systems.system import DelaySystem
 
-Array = Any
 History = Callable[[np.ndarray], Any]
 
 # (4.3) multiplies by 1.0005 at every step of 1e-6 s.
@@ -21,7 +22,7 @@ _THESIS_RATE = math.log(1.0005) / 1e-6
 
 
 def growing_history(
-    rod: Rod, speed: Array, *, tip: float = 1e-7, rate: float = _THESIS_RATE, keep: Sequence[int] | None = None
+    rod: Rod, speed: ArrayLike, *, tip: float = 1e-7, rate: float = _THESIS_RATE, keep: Sequence[int] | None = None
 ) -> tuple[History, np.ndarray]:
     """§4.4's start of a march of the rod, (4.3): all nodes grow together, q(t) = q₀ exp(rate · (t + τ)), for one delay.
 
@@ -59,7 +60,9 @@ def growing_history(
 
 
 @in_float64
-def _nodes_in_modes(rod: Rod, keep: Sequence[int] | None) -> tuple[Array, Array, Array]:
+def _nodes_in_modes(
+    rod: Rod, keep: Sequence[int] | None
+) -> tuple[Float[Array, " n"], Float[Array, " n"], Float[Array, " n"]]:
     """ω, the modal coordinates of a shape that rises linearly to 1 m at the tip, and the modes there, each (n,)."""
     mass, stiffness, _ = rod.matrices()
     angular_frequency, vectors = vibration_modes(mass, stiffness, keep)

@@ -1,14 +1,14 @@
 """One step in time of a structure under a contact force: free motion exactly, the force by its mean."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
+from lobex._shapes import AnyArray, Number
 from lobex.operators.exponential import exponential
 from lobex.systems.system import DelaySystem
-
-Array = Any
 
 
 class Step(NamedTuple):
@@ -21,25 +21,25 @@ class Step(NamedTuple):
         compliance: C R, the change of y by a unit force, (r, r).
     """
 
-    propagator: Array
-    response: Array
-    outputs: Array
-    compliance: Array
+    propagator: Float[Array, "n s s"]
+    response: Float[Array, "n s r"]
+    outputs: Float[AnyArray, "n r s"]
+    compliance: Float[Array, "r r"]
 
-    def free(self, state: Array) -> Array:
+    def free(self, state: Float[AnyArray, "n s"]) -> Float[Array, "n s"]:
         """The state (n, s) after a step without force."""
         return jnp.sum(self.propagator * state[:, None, :], axis=-1)
 
-    def push(self, force: Array) -> Array:
-        """The change of the state, (n, s), by a mean force (r,)."""
+    def push(self, force: Float[AnyArray, "*r"]) -> Float[Array, "n s"]:
+        """The change of the state, (n, s), by a mean force (r,), of one number where r is 1."""
         return jnp.sum(self.response * force, axis=-1)
 
-    def output(self, state: Array) -> Array:
+    def output(self, state: Float[AnyArray, "n s"]) -> Float[Array, " r"]:
         """y = C z, (r,)."""
         return jnp.sum(self.outputs * state[:, None, :], axis=(0, 2))
 
 
-def step_of(system: DelaySystem, size: Array) -> Step:
+def step_of(system: DelaySystem, size: Number) -> Step:
     """The step of ``size`` seconds."""
     n, s, r = np.shape(system.inputs)
     # exp of [[A h, E h], [0, 0]] holds both integrals and needs no inverse of A.
@@ -51,6 +51,6 @@ def step_of(system: DelaySystem, size: Array) -> Step:
     return Step(both[:, :, :s], response, outputs, jnp.einsum("nas,nsb->ab", outputs, response))
 
 
-def times(matrix: Array, vector: Array) -> Array:
+def times(matrix: Float[AnyArray, "a b"], vector: Float[Array, " b"]) -> Float[Array, " a"]:
     """Matrix times vector as a sum: XLA's matrix product is slow for one or two rows."""
     return jnp.sum(matrix * vector, axis=-1)

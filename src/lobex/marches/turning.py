@@ -6,9 +6,11 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
 from lobex import _checks
 from lobex._float64 import at_once, widened
+from lobex._shapes import AnyArray, ArrayLike, Number
 from lobex._timing import timed
 from lobex._warnings import warn
 from lobex.contact.laws import ContactLaw, Plastic, check_law
@@ -23,20 +25,18 @@ from lobex.results.description import describe
 from lobex.structures.modes import Modes, check_modes
 from lobex.systems.system import DelaySystem
 
-Array = Any
-
 
 def simulate_turning(
     modes: Modes,
     law: ContactLaw,
-    speed: Array,
-    depth: Array,
+    speed: ArrayLike,
+    depth: ArrayLike,
     feed: float,
     revolutions: int,
     steps_per_revolution: int,
     *,
     history: History | None = None,
-    state: Array | None = None,
+    state: ArrayLike | None = None,
     every: int = 1,
 ) -> Cut:
     """Simulate turning with a flexible tool, (2.8)-(2.12), where the tool may leave the cut.
@@ -132,7 +132,7 @@ def _check_cutting(law: Any) -> None:
 
 
 @jax.jit
-def _structures(tool: Turning, speed: Array) -> DelaySystem:
+def _structures(tool: Turning, speed: Float[AnyArray, " lanes"]) -> DelaySystem:
     return jax.vmap(lambda s: tool.system(s, jnp.zeros_like(s)))(speed)
 
 
@@ -140,14 +140,16 @@ def _structures(tool: Turning, speed: Array) -> DelaySystem:
 def _march(
     system: DelaySystem,
     law: ContactLaw,
-    depth: Array,
-    feed: Array,
-    past: Array,
-    state: Array,
+    depth: Float[AnyArray, " lanes"],
+    feed: Number,
+    past: Float[AnyArray, "lanes edges 1"],
+    state: Float[AnyArray, "lanes d"],
     revolutions: int,
     every: int,
-) -> tuple[Pass, Array]:
-    def lane(system: DelaySystem, depth: Array, past: Array, state: Array) -> tuple[Pass, Array]:
+) -> tuple[Pass, Float[Array, "lanes d"]]:
+    def lane(
+        system: DelaySystem, depth: Number, past: Float[AnyArray, "edges 1"], state: Float[AnyArray, " d"]
+    ) -> tuple[Pass, Float[Array, " d"]]:
         return march_cut(system, law, depth, feed, past, state, revolutions, every)
 
     return jax.vmap(lane)(system, depth, past, state)

@@ -10,12 +10,14 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Float
 from tqdm import tqdm
 
 from lobex import _checks
 from lobex._devices import on_device
 from lobex._float64 import at_once, widened
 from lobex._memory import check_memory
+from lobex._shapes import AnyArray
 from lobex._timing import carried, timed
 from lobex._warnings import SweepWarning, warn
 from lobex.contact.casing import Casing, check_casing
@@ -31,8 +33,6 @@ from lobex.processes.regenerative import Rub
 from lobex.results.description import describe
 from lobex.results.wear_map import WearMap
 from lobex.structures.modes import Modes, check_modes
-
-Array = Any
 
 # Lanes marched together on a CPU: their modes stay in a core's cache, and the loop's overhead is shared.
 _LANES = 384
@@ -152,7 +152,7 @@ def _check_steps(
 
 
 @jax.jit
-def _slopes(law: ContactLaw, penetration: Array) -> Array:
+def _slopes(law: ContactLaw, penetration: Float[AnyArray, " depths"]) -> Float[AnyArray, " depths"]:
     return jax.vmap(jax.grad(lambda h: law.force(h, jnp.zeros(()))))(penetration)
 
 

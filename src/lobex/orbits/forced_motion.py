@@ -8,11 +8,13 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float, Real
 
 from lobex import _checks
 from lobex._batches import in_batches, over_few, together
 from lobex._broadcast import over_points
 from lobex._float64 import at_once, in_float64, widened
+from lobex._shapes import AnyArray, ArrayLike, Number
 from lobex._timing import spare_programs, timed
 from lobex._warnings import SweepWarning, warn
 from lobex.grids.choice import AUTO, Auto
@@ -32,8 +34,6 @@ from lobex.systems.forced import as_feedback
 from lobex.systems.mesh import mesh_of
 from lobex.systems.system import DelaySystem
 
-Array = Any
-
 # Nodes per piece in turn: each size is judged by the one before it.
 _SIZES = (6, 9, 14, 21, 32, 48, 72, 108)
 # Of derivatives, where nothing tells before how many are needed.
@@ -47,8 +47,8 @@ _SETTLED = 1e-9
 
 def orbit(
     process: Process,
-    speed: Array,
-    gain: Array,
+    speed: ArrayLike,
+    gain: ArrayLike,
     method: Duhamel | Auto = AUTO,
     *,
     phase: Any = None,
@@ -121,19 +121,19 @@ class _Lanes(NamedTuple):
     """Of every lane: what ``periodic`` finds, the sizes of outputs, (r,), the largest displacement in them, and T."""
 
     found: Periodic
-    sizes: Array
-    largest: Array
-    period: Array
+    sizes: Float[AnyArray, "*lanes r"]
+    largest: Float[AnyArray, " *lanes"]
+    period: Float[AnyArray, " *lanes"]
 
 
-def _lane(system: DelaySystem, method: Duhamel, phases: Array) -> _Lanes:
+def _lane(system: DelaySystem, method: Duhamel, phases: Float[AnyArray, " S"]) -> _Lanes:
     found = periodic(system, method, phases)
     return _Lanes(found, sizes_of(system.outputs), largest(found, system), jnp.asarray(system.period))
 
 
 def _settled(
     process: Process, speeds: np.ndarray, gains: np.ndarray, method: Duhamel, phases: np.ndarray
-) -> dict[str, np.ndarray]:
+) -> dict[str, Any]:
     """The fields of an ``Orbit`` by lane; call in the scope of float64."""
     _check_forced(process.system(speeds[0], gains[0]))
     lanes, error = np.arange(len(speeds)), np.full(len(speeds), np.inf)
@@ -171,11 +171,17 @@ def _settled(
 
 @in_float64
 @jax.jit
-def _traced(process: Process, speed: Array, gain: Array, method: Duhamel, phases: Array) -> dict[str, Array]:
+def _traced(
+    process: Process,
+    speed: Real[AnyArray, "..."],
+    gain: Real[AnyArray, "..."],
+    method: Duhamel,
+    phases: Float[AnyArray, " S"],
+) -> dict[str, Any]:
     """The same for traced numbers."""
     nodes = method.nodes or _TRACED
 
-    def point(speed: Array, gain: Array) -> dict[str, Array]:
+    def point(speed: Real[Array, ""], gain: Real[Array, ""]) -> dict[str, Any]:
         system = process.system(speed, gain)
         _check_forced(system)
         now = _lane(system, replace(method, nodes=nodes), phases)
@@ -190,9 +196,15 @@ def _traced(process: Process, speed: Array, gain: Array, method: Duhamel, phases
 
 @partial(jax.jit, static_argnames="several")
 def _at_points(
-    process: Process, method: Duhamel, phases: Array, several: int, count: Array, speed: Array, gain: Array
+    process: Process,
+    method: Duhamel,
+    phases: Float[AnyArray, " S"],
+    several: int,
+    count: Number,
+    speed: Float[AnyArray, " p"],
+    gain: Float[AnyArray, " p"],
 ) -> _Lanes:
-    def point(speed: Array, gain: Array) -> _Lanes:
+    def point(speed: Number, gain: Number) -> _Lanes:
         return _lane(process.system(speed, gain), method, phases)
 
     return over_few(point, several, count, speed, gain)
@@ -222,11 +234,11 @@ def _judging(nodes: int) -> int:
     return nodes + max(nodes // 4, 2)
 
 
-def _error(now: _Lanes, before: _Lanes, lib: Any) -> Array:
+def _error(now: _Lanes, before: _Lanes, lib: Any) -> Float[AnyArray, " p"]:
     """By how much two sizes differ, with what rounding may add, relative to the largest displacement, by lane."""
     sizes, largest = now.sizes[:, None], lib.maximum(now.largest, np.finfo(float).tiny)
 
-    def apart(name: str) -> Array:
+    def apart(name: str) -> Float[AnyArray, " p"]:
         change = getattr(now.found, name) - getattr(before.found, name)
         return lib.max(lib.abs(change.reshape(len(largest), -1, sizes.shape[-1])) / sizes, axis=(1, 2))
 
@@ -234,14 +246,16 @@ def _error(now: _Lanes, before: _Lanes, lib: Any) -> Array:
     return lib.max(lib.stack(changes), axis=0) / largest + now.found.rounding
 
 
-def _fields(lanes: _Lanes, radius: Array, error: Array, tolerance: float, lib: Any) -> dict[str, Array]:
+def _fields(
+    lanes: _Lanes, radius: Float[AnyArray, " *lanes"], error: Float[AnyArray, " *lanes"], tolerance: float, lib: Any
+) -> dict[str, Any]:
     """Those of an ``Orbit`` that are found; motions that nothing comes to are none."""
     good = lib.where(error <= tolerance, int(OrbitStatus.GOOD), int(OrbitStatus.ABOVE_TOLERANCE))
     status = lib.where(radius < 1, good, int(OrbitStatus.UNSTABLE))
     status = lib.where(lib.isfinite(lanes.largest) & lib.isfinite(radius), status, int(OrbitStatus.FAILED))
     told = status <= int(OrbitStatus.ABOVE_TOLERANCE)
 
-    def where_told(part: Array) -> Array:
+    def where_told(part: Float[AnyArray, "*lanes ..."]) -> Float[AnyArray, "*lanes ..."]:
         return lib.where(told.reshape(told.shape + (1,) * (part.ndim - told.ndim)), part, lib.nan)
 
     return {

@@ -1,11 +1,13 @@
 """The periodic motion of one forced delay system, in pure JAX: the fixed point of the affine map of a period."""
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
+from lobex._shapes import AnyArray
 from lobex.floquet import power
 from lobex.operators.chebyshev import chebyshev_points, chebyshev_polynomials
 from lobex.operators.duhamel import Duhamel
@@ -14,8 +16,6 @@ from lobex.operators.estimate import sizes_of
 from lobex.systems.forced import as_feedback
 from lobex.systems.mesh import Mesh, mesh_of
 from lobex.systems.system import DelaySystem
-
-Array = Any
 
 # Squarings of the map: what is left of other multipliers than the largest is told by the residual.
 _SQUARINGS = 12
@@ -34,15 +34,15 @@ class Periodic(NamedTuple):
         rounding: what rounding leaves unknown of the motion, relative to its largest displacement.
     """
 
-    output: Array
-    lowest: Array
-    highest: Array
-    multiplier: Array
-    residual: Array
-    rounding: Array
+    output: Float[Array, "*lanes S r"]
+    lowest: Float[Array, "*lanes r"]
+    highest: Float[Array, "*lanes r"]
+    multiplier: Float[Array, "*lanes 2"]
+    residual: Float[Array, " *lanes"]
+    rounding: Float[Array, " *lanes"]
 
 
-def affine_map(matrix: Array, system: DelaySystem) -> tuple[Array, Array]:
+def affine_map(matrix: Float[Array, "L L"], system: DelaySystem) -> tuple[Float[Array, "N N"], Float[Array, " N"]]:
     """U and b of state ← U state + b, (N, N) and (N,), from the map of ``as_feedback``."""
     d, s = system.state_size, np.shape(system.blocks)[1]
     kept = np.r_[:d, d + s : jnp.shape(matrix)[0]]
@@ -50,7 +50,7 @@ def affine_map(matrix: Array, system: DelaySystem) -> tuple[Array, Array]:
     return rows[:, kept], rows[:, d]
 
 
-def periodic(system: DelaySystem, method: Duhamel, phase: Array) -> Periodic:
+def periodic(system: DelaySystem, method: Duhamel, phase: Float[AnyArray, " S"]) -> Periodic:
     """(I − U)⁻¹ b, and the motion over the period that follows it, by the structure's exact response.
 
     Args:
@@ -81,12 +81,12 @@ def periodic(system: DelaySystem, method: Duhamel, phase: Array) -> Periodic:
     )
 
 
-def largest(found: Periodic, system: DelaySystem) -> Array:
+def largest(found: Periodic, system: DelaySystem) -> Float[Array, ""]:
     """The largest displacement of all outputs, each in units of its own size."""
     return jnp.max(jnp.maximum(-found.lowest, found.highest) / sizes_of(system.outputs))
 
 
-def _at(terms: Array, mesh: Mesh, phase: Array) -> Array:
+def _at(terms: Float[AnyArray, "M terms r"], mesh: Mesh, phase: Float[AnyArray, " S"]) -> Float[Array, "S r"]:
     """y at phases, (S, r), from its Chebyshev terms over every piece, (M, terms, r)."""
     start, length = jnp.asarray(mesh.start), jnp.asarray(mesh.length)
     place = start[0] + jnp.mod(phase - start[0], 1.0)
@@ -95,21 +95,21 @@ def _at(terms: Array, mesh: Mesh, phase: Array) -> Array:
     return jnp.einsum("sk,skr->sr", chebyshev_polynomials(2 * inside - 1, jnp.shape(terms)[1]), terms[piece])
 
 
-def _highest(terms: Array) -> Array:
+def _highest(terms: Float[AnyArray, "M terms r"]) -> Float[Array, " r"]:
     """The largest value of each output over all pieces, (r,), from Chebyshev terms (M, terms, r)."""
     count = jnp.shape(terms)[1]
     grid = 2 * chebyshev_points(_DENSE * count) - 1
     slope = np.pad(np.polynomial.chebyshev.chebder(np.eye(count)), ((0, 1), (0, 0)))
     values = jnp.einsum("xk,mkr->rmx", np.polynomial.chebyshev.chebvander(grid, count - 1), terms)
 
-    def of_one(values: Array, terms: Array) -> Array:
+    def of_one(values: Float[Array, "M points"], terms: Float[Array, "M terms"]) -> Float[Array, ""]:
         piece, point = jnp.unravel_index(jnp.argmax(values), jnp.shape(values))
         # The height, its slope and how it bends.
         derivatives = jnp.stack([terms[piece], slope @ terms[piece], slope @ slope @ terms[piece]], axis=1)
 
-        def step(x: Array, _: None) -> tuple[Array, None]:
+        def step(x: Float[Array, ""], _step: None) -> tuple[Float[Array, ""], None]:
             _, rise, bend = chebyshev_polynomials(x, count) @ derivatives
-            return jnp.clip(x - jnp.where(bend < 0, rise / bend, 0.0), low, high), None
+            return jnp.clip(x - cast(Array, jnp.where(bend < 0, rise / bend, 0.0)), low, high), None
 
         low, start, high = (jnp.asarray(grid)[jnp.clip(point + k, 0, len(grid) - 1)] for k in (-1, 0, 1))
         found = jax.lax.scan(step, start, None, length=_STEPS)[0]
