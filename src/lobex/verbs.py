@@ -5,10 +5,12 @@ from typing import Any
 
 import jax
 import numpy as np
+from jaxtyping import Complex, Float
 
 from lobex import _checks
 from lobex._broadcast import over_points
 from lobex._float64 import at_once, in_float64, widened
+from lobex._shapes import AnyArray, ArrayLike, Numbers
 from lobex._timing import spare_programs
 from lobex._warnings import SweepWarning, warn
 from lobex.grids.choice import AUTO, Auto, chosen_method, tolerance_of
@@ -21,13 +23,13 @@ from lobex.processes.declared import check_system
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_gain, check_process, check_speed, lanes_shape
 
-Array = Any
-
 GENERAL = Duhamel(nodes=40)
 """The operator of a fixed size that stands in where nobody chose a method."""
 
 
-def monodromy(process: Process, speed: Array, gain: Array, method: Method | Auto = AUTO) -> Array:
+def monodromy(
+    process: Process, speed: ArrayLike, gain: ArrayLike, method: Method | Auto = AUTO
+) -> Float[AnyArray, "*lanes N N"]:
     """The monodromy operator U of a process: the state one delay later is U times the state.
 
     Args:
@@ -52,7 +54,9 @@ def monodromy(process: Process, speed: Array, gain: Array, method: Method | Auto
     return _monodromy(process, speed, gain, _operator(process, speed, gain, method))
 
 
-def multipliers(process: Process, speed: Array, gain: Array, method: Method | Auto = AUTO) -> Array:
+def multipliers(
+    process: Process, speed: ArrayLike, gain: ArrayLike, method: Method | Auto = AUTO
+) -> Complex[AnyArray, "*lanes N"]:
     """The Floquet multipliers, complex, largest modulus first: shape (broadcast shape, N).
 
     Arguments, precision, errors and warnings as for ``monodromy``.
@@ -61,7 +65,9 @@ def multipliers(process: Process, speed: Array, gain: Array, method: Method | Au
     return _multipliers(process, speed, gain, _operator(process, speed, gain, method))
 
 
-def spectral_radius(process: Process, speed: Array, gain: Array, method: Method | Auto = AUTO) -> Array:
+def spectral_radius(
+    process: Process, speed: ArrayLike, gain: ArrayLike, method: Method | Auto = AUTO
+) -> Float[AnyArray, " *lanes"]:
     """max|μ|: the motion dies out below 1 and grows above. Shape: that of speed and gain, broadcast.
 
     Differentiable with respect to speed, gain and every number in ``process``. By ``Auto()`` as in ``sweep``, error
@@ -94,7 +100,7 @@ def _settled(process: Process, speed: np.ndarray, gain: np.ndarray, method: Auto
     return np.abs(found.multiplier).reshape(speed.shape)
 
 
-def _checked(process: Any, speed: Any, gain: Any, method: Any) -> tuple[Array, Array]:
+def _checked(process: Any, speed: Any, gain: Any, method: Any) -> tuple[Numbers, Numbers]:
     check_process(process)
     spare_programs()
     if not isinstance(method, Auto):
@@ -121,17 +127,17 @@ def _operator(process: Process, speed: Any, gain: Any, method: Method | Auto) ->
 
 @in_float64
 @jax.jit
-def _monodromy(process: Process, speed: Array, gain: Array, method: Method) -> Array:
+def _monodromy(process: Process, speed: Numbers, gain: Numbers, method: Method) -> Float[AnyArray, "*lanes N N"]:
     return over_points(partial(matrix_of, process, method), speed, gain)
 
 
 @in_float64
 @jax.jit
-def _multipliers(process: Process, speed: Array, gain: Array, method: Method) -> Array:
+def _multipliers(process: Process, speed: Numbers, gain: Numbers, method: Method) -> Complex[AnyArray, "*lanes N"]:
     return over_points(partial(sorted_multipliers, process, method), speed, gain)
 
 
 @in_float64
 @jax.jit
-def _spectral_radius(process: Process, speed: Array, gain: Array, method: Method) -> Array:
+def _spectral_radius(process: Process, speed: Numbers, gain: Numbers, method: Method) -> Float[AnyArray, " *lanes"]:
     return over_points(partial(radius, process, method), speed, gain)

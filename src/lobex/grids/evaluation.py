@@ -7,11 +7,13 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Complex, Float, Int
 from tqdm import tqdm
 
 from lobex._batches import in_batches, over_few, together
 from lobex._broadcast import over_points
 from lobex._devices import on_device, workers
+from lobex._shapes import AnyArray, Number
 from lobex._timing import carried
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.floquet import dense, power
@@ -20,8 +22,6 @@ from lobex.grids.refinement import refined_at_points, refined_over_grid
 from lobex.operators.duhamel import Duhamel
 from lobex.operators.operator import Method
 from lobex.processes.process import Process
-
-Array = Any
 
 # The operators of one chunk: a few megabytes stay in cache, and larger chunks measured up to twice slower.
 _CHUNK_BYTES = 4e6
@@ -147,11 +147,17 @@ def _chunk_shape(process: Process, method: Method, speed: float, gain: float) ->
 
 @partial(jax.jit, static_argnames="several")
 def _over_chunk(
-    process: Process, method: Method, squarings: Array, several: int, count: Array, speeds: Array, gains: Array
-) -> tuple[Array, Array, Array]:
+    process: Process,
+    method: Method,
+    squarings: int | Int[Array, ""],
+    several: int,
+    count: Number,
+    speeds: Float[AnyArray, " speeds"],
+    gains: Float[AnyArray, " gains"],
+) -> tuple[Complex[Array, "speeds gains"], Float[Array, "speeds gains"], Float[Array, "speeds gains"]]:
     """As ``_evaluated`` over all gains at the first ``count`` speeds, ``several`` at a time."""
 
-    def row(speed: Array) -> tuple[Array, Array, Array]:
+    def row(speed: Number) -> tuple[Complex[Array, " gains"], Float[Array, " gains"], Float[Array, " gains"]]:
         return over_points(partial(_evaluated, process, method, squarings, False), speed, gains)
 
     return over_few(row, several, count, speeds)
@@ -161,20 +167,20 @@ def _over_chunk(
 def _over_batch(
     process: Process,
     method: Method,
-    squarings: Array,
+    squarings: int | Int[Array, ""],
     densely: bool,
     several: int,
-    count: Array,
-    speed: Array,
-    gain: Array,
-) -> tuple[Array, Array, Array]:
+    count: Number,
+    speed: Float[AnyArray, " p"],
+    gain: Float[AnyArray, " p"],
+) -> tuple[Complex[Array, " p"], Float[Array, " p"], Float[Array, " p"]]:
     """As ``_evaluated`` at the first ``count`` points, ``several`` at a time."""
     return over_few(partial(_evaluated, process, method, squarings, densely), several, count, speed, gain)
 
 
 def _evaluated(
-    process: Process, method: Method, squarings: Array, densely: bool, speed: Array, gain: Array
-) -> tuple[Array, Array, Array]:
+    process: Process, method: Method, squarings: int | Int[Array, ""], densely: bool, speed: Number, gain: Number
+) -> tuple[Complex[Array, ""], Float[Array, ""], Float[Array, ""]]:
     """Dominant multiplier, chatter frequency and residual, by the dense solver if ``densely``."""
     system = process.system(speed, gain)
     operator = method.operator(system)

@@ -8,10 +8,12 @@ from typing import Any
 
 import jax
 import numpy as np
+from jaxtyping import Array, Float, Inexact, Int
 from tqdm import tqdm
 
 from lobex._batches import over_few, together
 from lobex._devices import on_device, workers
+from lobex._shapes import AnyArray, Number
 from lobex._timing import carried
 from lobex.floquet import dense, power
 from lobex.floquet.chatter import carrier_frequency
@@ -23,8 +25,6 @@ from lobex.operators.response import quickness, samples_in_flight, tail_bound
 from lobex.processes.process import Process
 from lobex.systems.mesh import mesh_of
 from lobex.systems.traits import Traits, traits_of
-
-Array = Any
 
 # Nodes per piece: a few sizes, since each is compiled for itself.
 _SIZES = (6, 10, 16, 26, 42, 68, 110)
@@ -274,13 +274,19 @@ class _Slab:
 
 @partial(jax.jit, static_argnames=("traits", "in_flight"))
 def prepared_at(
-    process: Process, method: Duhamel, speeds: Array, gain: Array, count: Array, traits: Traits, in_flight: int
+    process: Process,
+    method: Duhamel,
+    speeds: Float[AnyArray, " speeds"],
+    gain: Number,
+    count: Number,
+    traits: Traits,
+    in_flight: int,
 ) -> Any:
     """What of the operators is the same for all gains at each of the first ``count`` speeds; None where nothing is."""
     if traits.structure_by_gain:
         return None
 
-    def at(speed: Array) -> Any:
+    def at(speed: Number) -> Any:
         return method.prepare(process.system(speed, gain), not traits.present_by_gain, in_flight)
 
     return over_few(at, together(len(speeds), _TOGETHER), count, speeds)
@@ -290,20 +296,20 @@ def prepared_at(
 def _with_errors(
     process: Process,
     prepared: Any,
-    row: Array,
-    speed: Array,
-    gain: Array,
+    row: Int[AnyArray, " p"],
+    speed: Float[AnyArray, " p"],
+    gain: Float[AnyArray, " p"],
     method: Duhamel,
-    squarings: Array,
-    count: Array,
+    squarings: int | Int[Array, ""],
+    count: Number,
     densely: bool,
     several: int,
-) -> tuple[Array, ...]:
+) -> tuple[Inexact[Array, " p"], ...]:
     """Dominant multipliers, chatter frequencies, estimated errors by nodes and by rounding, and defects, at the first
     ``count`` points.
     """
 
-    def point(row: Array, speed: Array, gain: Array) -> tuple[Array, ...]:
+    def point(row: Int[Array, ""], speed: Float[Array, ""], gain: Float[Array, ""]) -> tuple[Inexact[Array, ""], ...]:
         system = process.system(speed, gain)
         mine = method.prepare(system) if prepared is None else jax.tree.map(lambda part: part[row], prepared)
         respond = method.respond(mine, system, pivoted_inverse if densely else inverse)

@@ -21,9 +21,6 @@ from lobex.results.chart import Chart
 from lobex.results.codes import PointStatus
 from lobex.results.description import describe
 
-Array = Any
-
-
 # A point of a chart: multiplier, modulus, frequency, error, and what stands beside them while they are computed.
 _BYTES = 100
 

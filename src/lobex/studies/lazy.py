@@ -4,14 +4,13 @@ from typing import Any
 
 import numpy as np
 import xarray
+from jaxtyping import Shaped
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
 from lobex.results.saving import PARTS
 from lobex.studies.blocks import Blocks
 from lobex.studies.variation import shape_of
-
-Array = Any
 
 
 def values_of(dataset: xarray.Dataset, name: str) -> np.ndarray:
@@ -30,7 +29,7 @@ class LazyArray(BackendArray):
         self.shape = (*shape_of(blocks.plan.axes), *shape)
         self.dtype = values_of(blocks.chunk(0), name).dtype
 
-    def __getitem__(self, key: indexing.ExplicitIndexer) -> Array:
+    def __getitem__(self, key: indexing.ExplicitIndexer) -> Shaped[np.ndarray, "..."]:
         """What xarray asks for: every axis by a number, a slice, or a list of numbers."""
         return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER, self._read)
 
