@@ -324,7 +324,7 @@ PLANE = lobex.Modes.plane(
 
 
 def pitched(degrees: Any, immersion: float = 0.5, direction: str = "down", modes: Any = PLANE) -> Any:
-    return lobex.VariablePitch(modes, np.deg2rad(degrees), KT, KN, immersion, direction)
+    return lobex.Milling(modes, lobex.Cutter.end_mill(pitch_degrees=degrees), KT, KN, immersion, direction)
 
 
 def cutters() -> Iterator[Problem]:
@@ -333,17 +333,21 @@ def cutters() -> Iterator[Problem]:
         process = pitched(case["pitch_deg"], case["radial_immersion"])
         pitch = "-".join(map(str, case["pitch_deg"]))
         name = f"pitch {pitch} {case['radial_immersion']} {case['rpm']}"
-        told, value = (frozenset(["jumps"]), complex(*case["mu"]))
+        told, value = frozenset(["jumps"]), complex(*case["mu"])
+        # Of the period until the teeth repeat, its modulus alone.
+        if (alike := process.cutter.alike) > 1:
+            told, value = told | {"modulus"}, abs(value) ** (1 / alike)
         yield Problem(name, "teeth", process, case["rpm"] / 60, case["depth_m"], value, 1e-9, told, CODES)
 
 
 def even_pitch() -> Iterator[Problem]:
-    """Posed as one delay a tooth: the multiplier of a tooth period taken as often as there are teeth."""
+    """With runout, one delay a tooth: the multiplier of a tooth period taken as often as there are teeth."""
     for case in MULTIPLIER_CASES:
         if "2dof" in case["problem"] and case["radial_immersion"] == 0.5:
             even, speed, depth = point(case)
             forces = even.tangential, even.normal, even.radial_immersion, even.direction
-            process = lobex.VariablePitch(even.modes, np.full(even.teeth, 2 * np.pi / even.teeth), *forces)
+            cutter = lobex.Cutter(even.teeth, runout=np.eye(even.teeth)[0] * 1e-6)
+            process = lobex.Milling(even.modes, cutter, *forces)
             value, told = case["spectral_radius"] ** even.teeth, frozenset(["jumps", "modulus"])
             yield Problem(f"even pitch {depth}", "even teeth", process, speed, depth, value, 2e-8, told, CODES)
 

@@ -24,7 +24,7 @@ from reference_tasks import (
     name,
     whole_parts,
 )
-from reference_tools import forced_motion, process_damping, variable_pitch
+from reference_tools import forced_motion, helix, process_damping, variable_pitch
 
 # Steps of Newton's method from the delay of the speed now.
 NEWTON = 12
@@ -33,15 +33,12 @@ NEWTON = 12
 def cases_of(reference: Case) -> Iterator[Task]:
     """Every case of a file."""
     builders = {
-        **{"a": variable_pitch, "c": speed_variation, "d": mathieu, "e": process_damping},
+        **{"a": variable_pitch, "b": helix, "c": speed_variation, "d": mathieu, "e": process_damping},
         **{"f": forced_motion, "g": blade, "g3": ring},
     }
-    missing = {"b": "helix"}
     for group, content in reference.items():
         if group in builders:
             yield from builders[group](content)
-        elif group in missing:
-            yield from unknown(group, content, f"needs {missing[group]}")
         elif group != "conventions":
             yield from unknown(group, content, "is a group without a builder")
 

@@ -16,6 +16,8 @@ class Multiplier(NamedTuple):
     speed: float
     gain: float
     case: Case
+    # Of how many periods of the process the file tells it.
+    periods: int = 1
 
 
 class Limits(NamedTuple):

@@ -58,7 +58,7 @@ class Damped:
 
 
 def cutter(tool: Case, case: Case) -> Any:
-    """The tool of a case, by ``lobex.Milling`` where its teeth are alike."""
+    """The tool of a case."""
     modes = tool["modes"]
     frequency, ratio, mass = (
         np.array([mode[key] for mode in modes]) for key in ("frequency_Hz", "damping_ratio", "modal_mass_kg")
@@ -66,51 +66,84 @@ def cutter(tool: Case, case: Case) -> Any:
     along = np.array([[float(mode["axis"] == axis) for axis in "xy"] for mode in modes])
     immersion = 1.0 if case["direction"] == "slot" else case["radial_immersion"]
     direction = "down" if case["direction"] == "slot" else case["direction"]
-    pitch = (tool | case)["pitch_deg"]
-    structure = lobex.Modes(2 * pi * frequency, ratio, along / np.sqrt(mass)[:, None])
-    alike = len(set(pitch)) == 1 and not case.get("runout_m")
-    teeth = len(pitch) if alike else np.deg2rad(pitch)
     pushed = {"feed_per_tooth": case["feed_per_tooth_m"]} if "feed_per_tooth_m" in case else {}
-    if case.get("runout_m"):
-        pushed["runout"] = np.array(case["runout_m"])
-    make = lobex.Milling if alike else lobex.VariablePitch
-    process = make(structure, teeth, tool["Kt_N_per_m2"], tool["Kn_N_per_m2"], immersion, direction, **pushed)
+    helix = np.atleast_1d(case.get("helix_deg") or 0.0)
+    geometry = lobex.Cutter.end_mill(
+        (tool | case).get("diameter_m"),
+        pitch_degrees=(tool | case)["pitch_deg"],
+        helix_degrees=helix[0] if len(set(helix)) == 1 else helix,
+        runout=case.get("runout_m"),
+    )
+    structure = lobex.Modes(2 * pi * frequency, ratio, along / np.sqrt(mass)[:, None])
+
+    def make(tangential: float, normal: float, **others: Any) -> Any:
+        return lobex.Milling(structure, geometry, tangential, normal, immersion, direction, **others)
+
+    process = make(tool["Kt_N_per_m2"], tool["Kn_N_per_m2"], **pushed)
     if not (damping := tool.get("process_damping")):
         return process
-    rubbing = make(structure, teeth, damping["mu_f"] or NONE, 1.0, immersion, direction)
+    rubbing = make(damping["mu_f"] or NONE, 1.0)
     with jax.enable_x64(True):
         damped = Damped(process, rubbing, damping["C_N_per_m"], damping["radius_m"])
         return replace(damped, places=places_that_matter(damped.system(1.0, 1e-3)))
+
+
+def periods(cutter: lobex.Cutter) -> int:
+    """Of how many periods of the process the file tells a multiplier: of a tooth's where all are alike, else of a
+    revolution's."""
+    return 1 if cutter.alike == cutter.teeth else cutter.alike
 
 
 def variable_pitch(content: Case) -> Iterator[Task]:
     """Group a."""
     for case in content["mu"]:
         process = cutter(content["tools"][case["tool"]], case)
-        yield Multiplier("a mu", name(case), process, case["rpm"] / 60, case["depth_m"], case)
+        told = periods(process.cutter)
+        yield Multiplier("a mu", name(case), process, case["rpm"] / 60, case["depth_m"], case, told)
     for case in content["critical"]:
         process = cutter(content["tools"][case["tool"]], case)
         yield crossings("a critical", process, case["rpm"] / 60, case, "depth_m")
 
 
+def helix(content: Case) -> Iterator[Task]:
+    """Group b."""
+    for part in ("mu", "variable_mu", "critical", "variable_critical"):
+        for case in content.get(part, []):
+            tool = content["tools"][case["tool"]] | case.get("changes", {})
+            if len(set(np.atleast_1d(case["helix_deg"]))) > 1:
+                yield Inexpressible(f"b {part}", name(case), "needs a helix of each tooth")
+                continue
+            process, speed = cutter(tool, tool | case), case["rpm"] / 60
+            if part.endswith("mu"):
+                told = periods(process.cutter)
+                yield Multiplier(f"b {part}", name(case), process, speed, case["depth_m"], case, told)
+            else:
+                yield crossings(f"b {part}", process, speed, case, "depth_m")
+
+
 def forced_motion(content: Case) -> Iterator[Task]:
     """Group f; y is wanted where each tooth passes the finished wall."""
-    for case in content["straight"]:
-        tool = content["tools"][case["tool"]]
-        process, pitch = cutter(tool, case), np.array(tool["pitch_deg"])
-        wall = 0.0 if case["direction"] == "up" else 180.0
-        turns = np.mod(wall - np.cumsum(pitch) + pitch, 360.0) / 360
-        walls = np.mod(turns * len(pitch), 1.0) if isinstance(process, lobex.Milling) else turns
-        yield Motion("f straight", name(case), process, case["rpm"] / 60, case["depth_m"], walls, case)
-    for case in content.get("helix", []):
-        yield Inexpressible("f helix", name(case), "needs helix")
+    for part in ("straight", "helix"):
+        for case in content.get(part, []):
+            tool = content["tools"][case["tool"]]
+            process, pitch = cutter(tool, case), np.array(tool["pitch_deg"])
+            wall = 0.0 if case["direction"] == "up" else 180.0
+            if part == "helix":
+                # The edge lags behind its tip by that much.
+                angles = wall + np.rad2deg(process.cutter.twist * np.array(case["heights_m"]))
+            else:
+                angles = wall - np.cumsum(pitch) + pitch
+            walls = np.mod(angles / 360 * process.cutter.alike, 1.0)
+            yield Motion(f"f {part}", name(case), process, case["rpm"] / 60, case["depth_m"], walls, case)
 
 
 def process_damping(content: Case) -> Iterator[Task]:
     """Group e."""
     for case in content["milling_mu"]:
         tool = content["tools"][case["tool"]]
-        yield Multiplier("e milling_mu", name(case), cutter(tool, tool), case["rpm"] / 60, case["depth_m"], case)
+        process = cutter(tool, tool)
+        told = periods(process.cutter.cutter)
+        yield Multiplier("e milling_mu", name(case), process, case["rpm"] / 60, case["depth_m"], case, told)
     for case in content["milling_critical"]:
         tool = content["tools"][case["tool"]]
         yield crossings("e milling_critical", cutter(tool, tool), case["rpm"] / 60, case, "depth_m")

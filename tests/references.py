@@ -54,7 +54,7 @@ def of_multipliers(tasks: list[Multiplier]) -> list[float]:
     chart = lobex.sweep(tasks[0].process, speeds, gains)
     found = []
     for task in tasks:
-        value = complex(chart.multiplier[speeds.index(task.speed), gains.index(task.gain)])
+        value = complex(chart.multiplier[speeds.index(task.speed), gains.index(task.gain)]) ** task.periods
         wanted = complex(*task.case["mu"])
         size = task.case.get("spectral_radius", abs(wanted))
         apart = abs(complex(value.real, abs(value.imag)) - wanted)

@@ -43,6 +43,8 @@ CLAIMS = {
             lobex.spectral_radius(n["mill"], n["tried"][:, 0] / 60, n["tried"][:, 1] / 1e3) > 1, n["chattered"]
         )
     ),
+    # Of two independent codes.
+    "cutters.md": lambda n: n["limit"].gain[0] == pytest.approx(3.86853673567e-3, rel=1e-9),
     "forced_motion.md": lambda n: (
         n["motion"].error.max() < 1e-8
         # Of the same file of reference numbers.

@@ -85,7 +85,7 @@ def test_gradient_through_an_immersion_that_is_only_known_when_traced():
 def test_gradient_where_whole_pitches_are_in_the_cut(directions):
     # Four teeth at half immersion: one leaves as the next enters, and a little more or less has two pieces.
     process, method = milling({**MULTIPLIER_TOOLS["Insperger-Stepan"], "teeth": 4}, 0.5, "up", directions), FEW
-    assert process.layout == ("cut",)
+    assert process.layout.parts == ("cut",)
 
     def radius(immersion):
         return lobex.spectral_radius(replace(process, radial_immersion=immersion), 320.0, 8e-4, method)
@@ -141,6 +141,6 @@ def test_vmap_over_a_model_parameter():
 
 def test_replacing_the_immersion_renews_the_layout():
     process = milling({**MULTIPLIER_TOOLS["Insperger-Stepan"], "teeth": 4}, 0.05, "down")
-    assert process.layout == ("cut", "idle")
-    assert replace(process, radial_immersion=0.9).layout == ("cut", "cut")
-    assert replace(process, radial_immersion=1.0).layout == ("cut",)
+    assert process.layout.parts == ("cut", "idle")
+    assert replace(process, radial_immersion=0.9).layout.parts == ("cut", "cut")
+    assert replace(process, radial_immersion=1.0).layout.parts == ("cut",)

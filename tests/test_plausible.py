@@ -108,11 +108,12 @@ def test_a_machine_on_springs_is_warned_of_by_its_first_mode_and_refused_by_its_
         check_speed(springs, 60.4 * 300)
 
 
-@pytest.mark.parametrize(("name", "value"), [("feed_per_tooth", 0.1), ("runout", [0.01, 0.0])])
-def test_feed_and_runout_in_millimetres_are_told(name, value):
+@pytest.mark.parametrize(("name", "value"), [("feed_per_tooth", 0.1), ("runout", [0.01, 0.0]), ("diameter", 20.0)])
+def test_feed_runout_and_diameter_in_millimetres_are_told(name, value):
     def cutter(**lengths):
-        lengths = {"feed_per_tooth": 1e-4, "runout": [1e-5, 0.0], **lengths}
-        return lobex.VariablePitch(TURN.modes, np.deg2rad([170, 190]), 6e8, 2e8, 0.5, **lengths)
+        lengths = {"feed_per_tooth": 1e-4, "runout": [1e-5, 0.0], "diameter": 0.02, **lengths}
+        tool = lobex.Cutter(2, lengths["diameter"], runout=lengths["runout"])
+        return lobex.Milling(TURN.modes, tool, 6e8, 2e8, 0.5, feed_per_tooth=lengths["feed_per_tooth"])
 
     assert implausible(cutter(), 100.0) == []
     (message,) = implausible(cutter(**{name: value}), 100.0)

@@ -141,7 +141,7 @@ def test_full_immersion_against_one_sided_differences_of_separate_searches():
     speeds, method, bounds = [30.0, 60.0, 90.0], lobex.Duhamel(nodes=24), (1e-7, 2e-2)
 
     def search(immersion):
-        return replace(MILL, teeth=2, radial_immersion=immersion), speeds, bounds, method
+        return replace(MILL, cutter=lobex.Cutter(2), radial_immersion=immersion), speeds, bounds, method
 
     table = lobex.sensitivities(*search(1.0), scan=17)
     one, two, three = (

@@ -28,10 +28,10 @@ if TYPE_CHECKING:
     from lobex.orbits.forced_motion import orbit
     from lobex.plots.campbell import campbell
     from lobex.processes.canonical import DelayedMathieu, Scalar
+    from lobex.processes.cutter import Cutter
     from lobex.processes.linear_delay import LinearDelay
     from lobex.processes.milling import Milling
     from lobex.processes.regenerative import Rub, Turning
-    from lobex.processes.variable_pitch import VariablePitch
     from lobex.results.band import Band
     from lobex.results.boundary import Boundary
     from lobex.results.chart import Chart
@@ -63,6 +63,7 @@ _HOME = {
     "Chebyshev": "operators.chebyshev",
     "Cubic": "contact.laws",
     "Cut": "results.cut",
+    "Cutter": "processes.cutter",
     "DelaySystem": "systems.system",
     "DelayedMathieu": "processes.canonical",
     "Duhamel": "operators.duhamel",
@@ -87,7 +88,6 @@ _HOME = {
     "SweepWarning": "_warnings",
     "Threshold": "contact.laws",
     "Turning": "processes.regenerative",
-    "VariablePitch": "processes.variable_pitch",
     "WearMap": "results.wear_map",
     "boundary": "limits.boundary_tracing",
     "campbell": "plots.campbell",
@@ -119,6 +119,7 @@ __all__ = [
     "Chebyshev",
     "Cubic",
     "Cut",
+    "Cutter",
     "DelaySystem",
     "DelayedMathieu",
     "Duhamel",
@@ -143,7 +144,6 @@ __all__ = [
     "SweepWarning",
     "Threshold",
     "Turning",
-    "VariablePitch",
     "WearMap",
     "__version__",
     "boundary",

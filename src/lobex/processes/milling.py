@@ -1,77 +1,128 @@
-"""Milling with straight teeth in one or two directions, (3.24)-(3.29)."""
+"""Milling in one or two directions, (3.24)-(3.29), with any pitch and helix."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any, ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
 from lobex import _checks
-from lobex._float64 import in_float64
+from lobex._float64 import at_once, in_float64
 from lobex._namespace import namespace
 from lobex._pytree import pytree
+from lobex.processes.cutter import TURN, Cutter, as_cutter
 from lobex.processes.process import check_point
 from lobex.processes.quantity import DEPTH_OF_CUT, SPEED_UNITS, Quantity
+from lobex.processes.specific_force import CHIP, STEP
+from lobex.processes.teeth import WHOLE, HelicalTeeth, Likewise, Parts, StraightTeeth
 from lobex.structures.modes import Modes, check_modes
-from lobex.systems.coefficients import Framed, Piece
-from lobex.systems.system import DelaySystem, modal_system
-from lobex.systems.terms import Forcing, Regenerative
+from lobex.systems.coefficients import Framed
+from lobex.systems.delays import Delay, Share, WholePeriod
+from lobex.systems.mesh import places_that_matter
+from lobex.systems.system import DelaySystem, Places, modal_system
+from lobex.systems.terms import Forcing, Regenerative, Term
 
 Array = Any
 
-_MOST_TEETH = 1000
+Edges = StraightTeeth | HelicalTeeth
 
-# Which parts of a tooth period are in the cut, where that is known before tracing.
-Layout = tuple[str, ...]
-_WHOLE: Layout = ("cut",)
 # How far inside full immersion derivatives by it are taken: a power of 2, so that 1 − a is exact.
 _INSIDE = 2.0**-40
 
 
-@pytree(static=("teeth", "direction", "layout", "speed_unit"))
-class Milling:
-    """Milling with equally spaced straight teeth; each tooth meets the surface left by the one before.
+class Layout(NamedTuple):
+    """What is known of a period before tracing.
 
-    The force on the tool is −b H(t) [y(t) − y(t − τ)], τ = 1/(teeth · speed); with one direction (feed, x)
-    H is K_s(t) of (3.25), with two (x along the feed, y across it) the 2×2 matrix of the same forces
-    (Insperger and Stépán, Semi-Discretization for Time-Delay Systems, 2011, ch. 5). Angles are those of
-    Appendix A: down-milling cuts from acos(2a − 1) to π, up-milling from 0 to acos(1 − 2a), with the radial
-    immersion a.
+    Attributes:
+        parts: of a straight tooth's, in the cut or idle.
+        shortest, longest: delay, in periods.
+        places: where pieces end, as ``mesh.places_that_matter`` says.
+    """
+
+    parts: Parts | None = None
+    shortest: float = 0.0
+    longest: float = 1.0
+    places: Places | None = None
+
+
+_UNKNOWN = Layout()
+
+
+@pytree(static=("direction", "layout", "speed_unit"))
+class Milling:
+    """Milling: each tooth meets the surface left by the one ahead of it.
+
+    The force on the tool is −Σ ∫ H_j(t, z) [y(t) − y(t − τ_j)] dz over the teeth j and the heights z from the tip, 0,
+    to the depth of cut b: −b Σ H_j(t) [y(t) − y(t − τ_j)] of straight teeth. With one direction (feed, x) H is K_s(t)
+    of (3.25), with two (x along the feed, y across it) the 2×2 matrix of the same forces (Insperger and Stépán,
+    Semi-Discretization for Time-Delay Systems, 2011, ch. 5). Angles are those of Appendix A: down-milling cuts from
+    acos(2a − 1) to π, up-milling from 0 to acos(1 − 2a), with the radial immersion a. Tooth j is at the angle
+    2π · speed · t + θ_j and τ_j is the pitch angle to tooth j + 1, which runs ahead, over that speed (Budak, An
+    analytical design method for milling cutters with nonconstant pitch to increase stability, J. Manuf. Sci. Eng. 125,
+    2003).
+
+    The period is what it takes until the teeth repeat: 1/(teeth · speed) where they are alike, a revolution where none
+    is like another.
 
     Attributes:
         modes: the tool's modes, r = 1 or r = 2 directions.
-        teeth: number of teeth.
+        cutter: a ``Cutter``, or the number of its teeth, which are straight and at equal angles then.
         tangential: tangential specific cutting force K_t, N/m².
         normal: normal (radial) specific cutting force K_n, N/m².
         radial_immersion: radial depth of cut over tool diameter, in (0, 1].
         direction: "down" or "up".
-        layout: the parts of a tooth period, found from the immersion; leave it out.
+        layout: what is found from the numbers; leave it out.
         speed_unit: as of ``Rub``.
-        feed_per_tooth: f_z, m, of which the chip is f_z sin φ thick without vibration: the forcing of ``orbit``. It has
-            no part in multipliers and limits. None where no motion is asked for.
+        feed_per_tooth: f_z, m, the mean of all teeth, each of which takes its share by its pitch angle: the chip is
+            f_z sin φ thick without vibration, and that of a runout more. It is the forcing of ``orbit``, and has no
+            part in multipliers and limits; no tooth leaves the cut for it. None where no motion is asked for.
 
     The gain is the axial depth of cut b, m.
     """
 
     modes: Modes
-    teeth: int
+    cutter: Cutter
     tangential: Array
     normal: Array
     radial_immersion: Array
     direction: str = "down"
-    layout: Layout | None = None
+    layout: Layout = _UNKNOWN
     speed_unit: str = "rpm"
     feed_per_tooth: Array | None = None
 
     gain: ClassVar[Quantity] = DEPTH_OF_CUT
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "teeth", _checks.integer("teeth", self.teeth, 1, _MOST_TEETH))
-        immersion = check_cutting(self)
-        layout = self.layout if immersion is None else _layout(float(immersion), self.teeth, self.direction)
-        object.__setattr__(self, "layout", layout)
+    def __init__(
+        self,
+        modes: Modes,
+        cutter: Cutter | int | None = None,
+        tangential: Array = None,
+        normal: Array = None,
+        radial_immersion: Array = None,
+        direction: str = "down",
+        layout: Layout = _UNKNOWN,
+        speed_unit: str = "rpm",
+        feed_per_tooth: Array | None = None,
+        *,
+        teeth: int | None = None,
+    ) -> None:
+        """As the attributes say; ``teeth`` is the number of straight teeth at equal angles, in place of a cutter."""
+        if (cutter is None) == (teeth is None):
+            raise ValueError(f"cutter = {_checks.brief(cutter)}, teeth = {_checks.brief(teeth)}: give one of them")
+        given = locals()
+        for name in ("modes", "tangential", "normal", "radial_immersion", "direction", "speed_unit", "feed_per_tooth"):
+            object.__setattr__(self, name, given[name])
+        object.__setattr__(self, "cutter", as_cutter(teeth if cutter is None else cutter))
+        immersion = _check(self)
+        object.__setattr__(self, "layout", layout if immersion is None else self._layout(float(immersion)))
+
+    @property
+    def teeth(self) -> int:
+        """Their number."""
+        return self.cutter.teeth
 
     @property
     def passes(self) -> int:
@@ -90,7 +141,7 @@ class Milling:
         if not _checks.is_traced(self.radial_immersion):
             return ((1.0, self),)
         immersion = jnp.asarray(self.radial_immersion, dtype=jnp.result_type(float))
-        form = replace(self, radial_immersion=immersion, layout=None if self.layout == _WHOLE else self.layout)
+        form = replace(self, radial_immersion=immersion, layout=self._in_pieces())
         if self.modes.directions == 2:
             return ((1.0, form),)
         inside = max(_INSIDE, 8 * float(jnp.finfo(immersion.dtype).eps))
@@ -101,32 +152,99 @@ class Milling:
 
         return (2.0, at(1 - 4 * inside)), (-1.0, at(1 - inside))
 
+    def _in_pieces(self) -> Layout:
+        """The layout, without what a period in one piece hides."""
+        return self.layout._replace(parts=None, places=None) if self.layout.parts == WHOLE else self.layout
+
+    def _layout(self, immersion: float) -> Layout:
+        """What is known of a period, at a known immersion."""
+        alike, straight = self.cutter.alike, self.cutter.helix is None
+        layout = Layout(_parts(immersion, alike) if straight else None)
+        if _checks.is_traced(self.cutter.pitch):
+            return layout
+        share = np.asarray(self._shares())
+        layout = layout._replace(shortest=float(share.min()), longest=float(share.max()))
+        if not straight or len(share) == 1 or _checks.is_traced((self.tangential, self.normal, self.modes)):
+            return layout
+        object.__setattr__(self, "layout", layout)
+        with at_once():
+            return layout._replace(places=places_that_matter(self.system(1.0, 1.0)))
+
+    def _shares(self) -> Array:
+        """Pitch angles of the teeth of a period, in periods."""
+        return self.cutter.pattern * (self.cutter.alike / TURN)
+
     @in_float64
     def system(self, speed: Array, gain: Array) -> DelaySystem:
         """The delay system at one spindle speed (revolutions per second) and one depth of cut (m)."""
         check_point(self, speed, gain)
+        terms: list[Term] = []
+        forcing: list[Term] = []
+        for tooth in self._teeth(gain):
+            terms.append(Regenerative(tooth.force, tooth.delay))
+            if self.feed_per_tooth is not None:
+                feed = self.feed_per_tooth if tooth.feed is None else tooth.feed * self.feed_per_tooth
+                forcing.append(feed_force(tooth.force, feed))
+            if tooth.step is not None:
+                forcing.append(_step_force(tooth.force, tooth.step))
+        alike = self.cutter.alike
+        known = {} if alike == self.teeth else self.layout._asdict()
+        known.pop("parts", None)
+        return modal_system(self.modes, 1 / (alike * speed), (*terms, *forcing), **known)
+
+    def _teeth(self, depth: Array) -> Iterator["_Tooth"]:
+        """The teeth of a period."""
+        cutter, layout = self.cutter, self.layout
         entry, exit_ = cutting_angles(self.radial_immersion, self.direction)
-        if self.layout == _WHOLE and _checks.is_traced(self.radial_immersion):
+        if layout.parts == WHOLE and _checks.is_traced(self.radial_immersion):
             entry = _no_derivative(entry, self.radial_immersion)
-        cutting = CuttingForce(
-            depth=gain,
-            tangential=self.tangential,
-            normal=self.normal,
-            entry=entry,
-            exit=exit_,
-            teeth=self.teeth,
-            directions=self.modes.directions,
-            layout=self.layout,
-        )
-        pushed = () if self.feed_per_tooth is None else (feed_force(cutting, self.feed_per_tooth),)
-        return modal_system(self.modes, 1 / (self.teeth * speed), (Regenerative(cutting), *pushed))
+
+        def force(before: Array | None) -> Edges:
+            numbers = depth, self.tangential, self.normal, entry, exit_, before
+            sizes = cutter.alike, self.modes.directions, CHIP
+            if cutter.helix is None:
+                return StraightTeeth(*numbers, *sizes, layout.parts)
+            return HelicalTeeth(*numbers, *sizes, cutter.twist)
+
+        count = self.teeth // cutter.alike
+        steps = [None] * count if cutter.runout is None else cutter.steps
+        if count == 1:
+            yield _Tooth(force(None), WholePeriod(), None, steps[0])
+            return
+        shares = jnp.asarray(self._shares())
+        before = jnp.cumsum(shares) - shares
+        for number in range(count):
+            share = shares[number]
+            yield _Tooth(force(before[number]), Share(share), count * share, steps[number])
 
 
-def feed_force(cutting: Any, feed: Array) -> Forcing:
+class _Tooth(NamedTuple):
+    """What a tooth of the period does.
+
+    Attributes:
+        force: on what it meets.
+        delay: since when it was left.
+        feed: its share of the mean feed per tooth; None for all of it.
+        step: what its radius has above that of the tooth ahead, m; None without runout.
+    """
+
+    force: Edges
+    delay: Delay
+    feed: Array | None
+    step: Array | None
+
+
+def feed_force(teeth: Any, feed: Array) -> Forcing:
     """−b H(t) (feed, 0): what the feed along x gives to cut, as a displacement would."""
     lib = namespace(feed)
-    unit = np.eye(cutting.directions)
-    pushed: Any = Framed(-unit, cutting, lib.asarray(feed) * unit[:, :1])
+    unit = np.eye(teeth.directions)
+    pushed: Any = Framed(-unit, teeth, lib.asarray(feed) * unit[:, :1])
+    return Forcing(pushed)
+
+
+def _step_force(teeth: Edges, step: Array) -> Forcing:
+    """−b Σ (K_t t + K_n n) step, of a chip that is thicker by a step."""
+    pushed: Any = Framed(-np.eye(teeth.directions), Likewise(teeth, replace(teeth, law=STEP)), step * np.ones((1, 1)))
     return Forcing(pushed)
 
 
@@ -141,7 +259,7 @@ def _(primals: tuple[Array, Array], tangents: tuple[Array, Array]) -> tuple[Arra
     return _no_derivative(*primals), jnp.nan * tangents[1]
 
 
-def check_cutting(process: Any) -> np.ndarray | None:
+def _check(process: Milling) -> np.ndarray | None:
     """Check modes, coefficients, immersion, direction and feed of a milling process; return the immersion if known."""
     _checks.choice("direction", process.direction, ("down", "up"))
     _checks.choice("speed_unit", process.speed_unit, SPEED_UNITS)
@@ -159,6 +277,8 @@ def check_cutting(process: Any) -> np.ndarray | None:
     if process.feed_per_tooth is not None:
         _checks.positive("feed_per_tooth", process.feed_per_tooth, "m")
         _checks.scalar("feed_per_tooth", process.feed_per_tooth)
+    if process.cutter.helix is not None and np.ndim(process.cutter.helix):
+        raise ValueError(f"helix = {_checks.brief(process.cutter.helix)}; milling takes one helix angle of all teeth")
     check_modes(process.modes)
     if process.modes.directions not in (1, 2):
         raise ValueError(f"modes has {process.modes.directions} contact directions; milling takes 1 or 2")
@@ -174,113 +294,10 @@ def cutting_angles(radial_immersion: Array, direction: str) -> tuple[Array, Arra
     return (2 * lib.arctan2(*sides), lib.pi) if direction == "down" else (0.0, 2 * lib.arctan2(*sides[::-1]))
 
 
-def _layout(immersion: float, teeth: int, direction: str) -> Layout:
+def _parts(immersion: float, teeth: int) -> Parts:
+    """Of a period of as many straight teeth to a turn."""
     arc = 2 * math.atan2(math.sqrt(immersion), math.sqrt(1 - immersion))
     engaged = arc * teeth / (2 * math.pi)
     if abs(engaged - round(engaged)) < 1e-12 and round(engaged) > 0:
-        return _WHOLE
+        return WHOLE
     return ("cut", "idle") if engaged < 1 else ("cut", "cut")
-
-
-@pytree(static=("teeth", "directions", "layout"))
-class CuttingForce:
-    """b H(t) over one tooth period; tooth j is at the angle 2π (phase + j)/teeth, j = 0, 1, …
-
-    A period that starts when a tooth enters has one further jump, when a tooth leaves.
-    """
-
-    depth: Array
-    tangential: Array
-    normal: Array
-    entry: Array
-    exit: Array
-    teeth: int
-    directions: int
-    layout: Layout | None
-
-    constant: ClassVar[bool] = False
-
-    def pieces(self) -> tuple[Piece, ...]:
-        start = self.entry * self.teeth / (2 * jnp.pi)
-        if self.layout == _WHOLE:
-            return (Piece(start, 1.0, False),)
-        whole, part = self._engaged()
-        idle = (whole == 0) if self.layout is None else self.layout[1] == "idle"
-        return Piece(start, part, False), Piece(start + part, 1.0 - part, idle)
-
-    def within(self, inside: Array, phase: Array) -> Array:
-        """The teeth that are in the cut at the phase ``inside``, wherever they are at the others."""
-        pitch = 2 * jnp.pi / self.teeth
-        # A whole number of revolutions, so that the angles of a piece that goes on beyond the last are its own.
-        order = jnp.arange(self.teeth)[:, None]
-        behind = 2 * jnp.pi * jnp.floor(pitch * (inside + order) / (2 * jnp.pi))
-        middle, angle = (pitch * (place + order) - behind for place in (inside, phase))
-        cutting = (middle >= self.entry) & (middle <= self.exit)
-        return self._matrix(jnp.sum(cutting * specific_force(self, angle), axis=-2))
-
-    def at(self, phase: Array) -> Array:
-        angle = 2 * jnp.pi / self.teeth * (phase + jnp.arange(self.teeth)[:, None])
-        angle = jnp.mod(angle, 2 * jnp.pi)
-        cutting = (angle >= self.entry) & (angle <= self.exit)
-        return self._matrix(jnp.sum(cutting * specific_force(self, angle), axis=-2))
-
-    def mean(self, start: Array, stop: Array) -> Array:
-        pitch = 2 * jnp.pi / self.teeth
-        # An interval may reach past the end of the revolution, so the tooth behind is counted there too.
-        order = jnp.arange(-self.teeth, self.teeth)[:, None]
-        ends = [jnp.clip(pitch * (edge + order), self.entry, self.exit) for edge in (start, stop)]
-        work = jnp.sum(specific_work(self, ends[1]) - specific_work(self, ends[0]), axis=-2)
-        return self._matrix(work / (pitch * (stop - start)))
-
-    def _engaged(self) -> tuple[Array, Array]:
-        """Teeth in the cut just before a tooth enters, and the phase after it at which one leaves."""
-        lib = namespace(self.exit, self.entry)
-        engaged = (self.exit - self.entry) * self.teeth / (2 * lib.pi)
-        if self.layout == _WHOLE:
-            return lib.round(engaged), lib.zeros_like(engaged)
-        if self.layout == ("cut", "idle"):
-            return lib.zeros_like(engaged), engaged
-        whole = lib.floor(engaged)
-        return whole, engaged - whole
-
-    def _matrix(self, entries: Array) -> Array:
-        matrix = self.depth * jnp.moveaxis(entries, 0, -1)
-        return matrix.reshape(*np.shape(matrix)[:-1], self.directions, self.directions)
-
-
-def specific_force(cutting: Any, angle: Array) -> Array:
-    """H of one tooth at an angle, N/m², by entry (xx or xx, xy, yx, yy), shape (entries, …).
-
-    Of anything that has ``tangential``, ``normal`` and ``directions``.
-    """
-    sine, cosine = jnp.sin(angle), jnp.cos(angle)
-    along, *across = by_thickness(cutting, sine, cosine)
-    if not across:
-        return (along * sine)[None]
-    return jnp.stack([along * sine, along * cosine, across[0] * sine, across[0] * cosine])
-
-
-def by_thickness(cutting: Any, sine: Array, cosine: Array) -> tuple[Array, ...]:
-    """The force of one tooth per chip thickness and depth, N/m², along the feed and, of two directions, across it.
-
-    Its antiderivative over the angle is that of −cosine and sine.
-    """
-    along = cutting.tangential * cosine + cutting.normal * sine
-    return (along,) if cutting.directions == 1 else (along, cutting.normal * cosine - cutting.tangential * sine)
-
-
-def specific_work(cutting: Any, angle: Array) -> Array:
-    """Antiderivative of ``specific_force`` over the angle."""
-    sine = jnp.sin(angle)
-    product = sine * sine / 2
-    sine_squared = angle / 2 - jnp.sin(2 * angle) / 4
-    cosine_squared = angle / 2 + jnp.sin(2 * angle) / 4
-    t, n = cutting.tangential, cutting.normal
-    entries = [t * product + n * sine_squared]
-    if cutting.directions == 2:
-        entries += [
-            t * cosine_squared + n * product,
-            n * product - t * sine_squared,
-            n * cosine_squared - t * product,
-        ]
-    return jnp.stack(entries)

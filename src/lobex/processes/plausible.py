@@ -23,8 +23,8 @@ FAST = 5.0
 TOO_FAST = 60.0
 # Depths of cut from here on, m, are those of millimetres.
 _THICK = 0.1
-# And so are the chips, and the runout, that a tooth has.
-_CHIP, _RUNOUT = 0.01, 0.001
+# And so are the chips and the runout that a tooth has, and the diameter of its cutter.
+_CHIP, _OTHERS = 0.01, {"runout": 0.001, "diameter": 1.0}
 
 
 def warn_of_implausible(process: Any, speed: Any, gain: Any = None) -> None:
@@ -41,7 +41,10 @@ def implausible(process: Any, speed: Any, gain: Any = None) -> list[str]:
     messages = [_overdamped(process)]
     if has_units(process) and np.size(speed):
         messages += [_in_rpm(process, np.asarray(speed, dtype=float), gain), _in_millimetres(process, gain)]
-        messages += [too_long(name, getattr(process, name, None)) for name in ("feed_per_tooth", "runout")]
+        cutter = getattr(process, "cutter", None)
+        lengths = {name: getattr(cutter, name, None) for name in ("runout", "diameter")}
+        lengths["feed_per_tooth"] = getattr(process, "feed_per_tooth", None)
+        messages += [too_long(name, length) for name, length in lengths.items()]
     return [message for message in messages if message is not None]
 
 
@@ -69,9 +72,9 @@ def passes_per_period(process: Any, speed: np.ndarray, fastest: bool = False) ->
 
 
 def too_long(name: str, length: Any) -> str | None:
-    """The message on a feed or a runout, m, that can only be in millimetres, if it is one."""
+    """The message on a feed, a runout or a diameter, m, that can only be in millimetres, if it is one."""
     largest = 0.0 if length is None else float(np.max(np.abs(np.asarray(length))))
-    if largest < (_RUNOUT if name == "runout" else _CHIP):
+    if largest < _OTHERS.get(name, _CHIP):
         return None
     return f"{name} = {largest:.6g} m is more than any tool has; it is in m, 0.0001 for 0.1 mm"
 

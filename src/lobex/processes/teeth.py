@@ -1,0 +1,202 @@
+"""The force of teeth that are alike, with straight or helical edges."""
+
+from typing import Any, ClassVar
+
+import jax.numpy as jnp
+import numpy as np
+
+from lobex._namespace import namespace
+from lobex._pytree import pytree
+from lobex.processes.specific_force import Law
+from lobex.systems.coefficients import Piece, mean_by_quadrature, pieces_between
+
+Array = Any
+
+# Which parts of a period are in the cut, where that is known before tracing.
+Parts = tuple[str, ...]
+WHOLE: Parts = ("cut",)
+
+
+@pytree(static=("teeth", "directions", "law"))
+class Teeth:
+    """The force b H(t) of teeth that follow one another at equal angles, one a period.
+
+    Tooth k is at the angle 2π (t/T + before + k)/teeth with its tip, k = 0, 1, …
+
+    Attributes:
+        depth: b, m.
+        tangential, normal: K_t and K_n, N/m².
+        entry, exit: the angles of the cut, rad.
+        before: how far ahead the first one is at t = 0, in periods; None for not at all.
+        teeth: how many make a turn.
+        directions: of the force.
+        law: the force of a point of an edge.
+    """
+
+    depth: Array
+    tangential: Array
+    normal: Array
+    entry: Array
+    exit: Array
+    before: Array | None
+    teeth: int
+    directions: int
+    law: Law
+
+    constant: ClassVar[bool] = False
+
+    def _since(self, phase: Array) -> Array:
+        """Phases from where the first tooth is at the angle 0."""
+        return phase if self.before is None else phase + self.before
+
+    def _shaped(self, factor: Array, entries: Array) -> Array:
+        matrix = factor * jnp.moveaxis(entries, 0, -1)
+        return matrix.reshape(*np.shape(matrix)[:-1], self.directions, self.directions if self.law.square else 1)
+
+
+@pytree(static=("parts",))
+class StraightTeeth(Teeth):
+    """A period that starts when a tooth enters has one further jump, when a tooth leaves.
+
+    Attributes:
+        parts: of such a period, where they are known.
+    """
+
+    parts: Parts | None
+
+    def pieces(self) -> tuple[Piece, ...]:
+        start = self.entry * self.teeth / (2 * jnp.pi)
+        if self.before is not None:
+            start = start - self.before
+        if self.parts == WHOLE:
+            return (Piece(start, 1.0, False),)
+        whole, part = self._engaged()
+        idle = (whole == 0) if self.parts is None else self.parts[1] == "idle"
+        return Piece(start, part, False), Piece(start + part, 1.0 - part, idle)
+
+    def within(self, inside: Array, phase: Array) -> Array:
+        """The teeth that are in the cut at the phase ``inside``, wherever they are at the others."""
+        pitch = 2 * jnp.pi / self.teeth
+        # A whole number of revolutions, so that the angles of a piece that goes on beyond the last are its own.
+        order = jnp.arange(self.teeth)[:, None]
+        inside, phase = self._since(inside), self._since(phase)
+        behind = 2 * jnp.pi * jnp.floor(pitch * (inside + order) / (2 * jnp.pi))
+        middle, angle = (pitch * (place + order) - behind for place in (inside, phase))
+        cutting = (middle >= self.entry) & (middle <= self.exit)
+        return self._shaped(self.depth, jnp.sum(cutting * self.law.at(self, angle), axis=-2))
+
+    def at(self, phase: Array) -> Array:
+        angle = 2 * jnp.pi / self.teeth * (self._since(phase) + jnp.arange(self.teeth)[:, None])
+        angle = jnp.mod(angle, 2 * jnp.pi)
+        cutting = (angle >= self.entry) & (angle <= self.exit)
+        return self._shaped(self.depth, jnp.sum(cutting * self.law.at(self, angle), axis=-2))
+
+    def mean(self, start: Array, stop: Array) -> Array:
+        pitch = 2 * jnp.pi / self.teeth
+        if self.before is not None:
+            first = jnp.mod(self._since(start), 1.0)
+            start, stop = first, first + (stop - start)
+        # An interval may reach past the end of the revolution, so the tooth behind is counted there too.
+        order = jnp.arange(-self.teeth, self.teeth)[:, None]
+        ends = [jnp.clip(pitch * (edge + order), self.entry, self.exit) for edge in (start, stop)]
+        work = jnp.sum(self.law.work(self, ends[1]) - self.law.work(self, ends[0]), axis=-2)
+        return self._shaped(self.depth, work / (pitch * (stop - start)))
+
+    def _engaged(self) -> tuple[Array, Array]:
+        """Teeth in the cut just before a tooth enters, and the phase after it at which one leaves."""
+        lib = namespace(self.exit, self.entry)
+        engaged = (self.exit - self.entry) * self.teeth / (2 * lib.pi)
+        if self.parts == WHOLE:
+            return lib.round(engaged), lib.zeros_like(engaged)
+        if self.parts == ("cut", "idle"):
+            return lib.zeros_like(engaged), engaged
+        whole = lib.floor(engaged)
+        return whole, engaged - whole
+
+
+@pytree()
+class HelicalTeeth(Teeth):
+    """Edges that lag behind their tips: their force is exact, an integral over the angles that each takes in.
+
+    It bends where a tip or the end of an edge at the depth b enters or leaves, and does not jump (Zatarain, Muñoa,
+    Peigné and Insperger, Analysis of the influence of mill helix angle on chatter stability, CIRP Ann. 55, 2006).
+
+    Attributes:
+        twist: by which an edge lags, rad/m.
+    """
+
+    twist: Array
+
+    def pieces(self) -> tuple[Piece, ...]:
+        return helical_pieces(self)
+
+    def at(self, phase: Array) -> Array:
+        return self.within(phase, phase)
+
+    def within(self, inside: Array, phase: Array) -> Array:
+        """Of the places of tip and end at the phase ``inside``, before, in or after the cut."""
+        lag = self.twist * self.depth
+        turn, tip, tip_cuts = self._end(0.0, inside, phase)
+        last_turn, last, last_cuts = self._end(lag, inside, phase)
+        # The digits of the lag itself, however little it is.
+        span = jnp.where((turn == last_turn) & tip_cuts & last_cuts, lag, tip - last)
+        work = self.law.between(self, (tip + last) / 2, span)
+        whole = self.law.between(self, (self.entry + self.exit) / 2, self.exit - self.entry)
+        work = work + (turn - last_turn) * whole[:, None, None]
+        return self._shaped(1 / self.twist, jnp.sum(work, axis=-2))
+
+    def mean(self, start: Array, stop: Array) -> Array:
+        return mean_by_quadrature(self, start, stop)
+
+    def _end(self, lag: Array, inside: Array, phase: Array) -> tuple[Array, Array, Array]:
+        """Of an end of every edge, its revolution, its angle in it or the nearest in the cut, and whether it cuts."""
+        pitch = 2 * jnp.pi / self.teeth
+        order = jnp.arange(self.teeth)[:, None]
+        middle, angle = (pitch * (self._since(place) + order) - lag for place in (inside, phase))
+        turn = jnp.floor(middle / (2 * jnp.pi))
+        middle, angle = middle - 2 * jnp.pi * turn, angle - 2 * jnp.pi * turn
+        nearest = jnp.where(middle > self.entry, self.exit, self.entry)
+        cuts = (middle > self.entry) & (middle < self.exit)
+        return turn, jnp.where(cuts, angle, nearest), cuts
+
+
+def helical_pieces(teeth: Any) -> tuple[Piece, ...]:
+    """Between tip and end of an edge entering and leaving."""
+    lag = teeth.twist * teeth.depth
+    angles = [angle + behind for behind in (0.0, lag) for angle in (teeth.entry, teeth.exit)]
+    lib = namespace(angles, teeth.before)
+    place = lib.stack([lib.asarray(angle, dtype=lib.result_type(float)) for angle in angles])
+    place = place * teeth.teeth / (2 * np.pi)
+    return pieces_between(place if teeth.before is None else place - teeth.before)
+
+
+@pytree()
+class Likewise:
+    """Another force of the same teeth, which jumps and bends where their own does.
+
+    Attributes:
+        teeth: by which coefficients that share their breaks are known.
+        force: the same with other numbers, or by another law.
+    """
+
+    teeth: Teeth
+    force: Any
+
+    constant: ClassVar[bool] = False
+
+    @property
+    def breaks(self) -> Teeth:
+        """Those of the teeth."""
+        return self.teeth
+
+    def pieces(self) -> tuple[Piece, ...]:
+        return self.force.pieces()
+
+    def at(self, phase: Array) -> Array:
+        return self.force.at(phase)
+
+    def within(self, inside: Array, phase: Array) -> Array:
+        return self.force.within(inside, phase)
+
+    def mean(self, start: Array, stop: Array) -> Array:
+        return self.force.mean(start, stop)

@@ -1,0 +1,194 @@
+"""Cutters of any pitch and helix: the laws of even pitch, of cyclic order and of constant coefficients, and errors."""
+
+from dataclasses import replace
+
+import jax
+import numpy as np
+import pytest
+
+import lobex
+from lobex.systems.coefficients import Constant
+from lobex.systems.mesh import mesh_of
+from lobex.systems.terms import Regenerative
+from problems import KN, KT, PLANE, pitched
+
+METHOD = lobex.Duhamel(nodes=20)
+EACH = lobex.Duhamel(nodes=10)
+"""Nodes of the pieces of a helical tooth's period, of which there are four."""
+
+MODE = lobex.Modes.single(frequency=500.0, damping_ratio=0.03, mass=1.2)
+
+
+@pytest.mark.parametrize("direction", ["down", "up"])
+def test_even_pitch_is_milling_taken_as_often_as_it_has_teeth(direction):
+    even = lobex.Milling(PLANE, 4, KT, KN, 0.3, direction)
+    once = lobex.multipliers(even, 70.0, 1e-3, lobex.Duhamel(nodes=14))
+    # Runout makes the period a revolution, with a delay a tooth, and has no part in multipliers.
+    cutter = lobex.Cutter.end_mill(teeth=4, runout=[1e-5, 0, 0, 0])
+    uneven = lobex.Milling(PLANE, cutter, KT, KN, 0.3, direction)
+    assert (even.cutter.alike, uneven.cutter.alike, len(uneven.system(70.0, 1e-3).delays)) == (4, 1, 4)
+    whole = lobex.multipliers(uneven, 70.0, 1e-3, METHOD)
+    assert abs(whole[0]) == pytest.approx(abs(once[0]) ** 4, rel=1e-8)
+
+
+def test_the_order_of_the_teeth_matters_and_where_it_begins_does_not():
+    def leading(degrees):
+        return abs(lobex.multipliers(pitched(degrees), 60.0, 2e-3, METHOD)[0])
+
+    first = leading([70, 100, 85, 105])
+    assert leading([85, 105, 70, 100]) == pytest.approx(first, rel=1e-8)
+    assert leading([105, 85, 100, 70]) != pytest.approx(first, rel=1e-4)
+
+
+def test_pieces_end_where_a_tooth_enters_or_leaves_and_where_their_delays_carry_that_into_the_cut():
+    process = pitched([82, 98, 84, 96])
+    mesh = mesh_of(process.system(50.0, 1e-3))
+    assert mesh.pieces == len(process.layout.places.kept) < 8 + 32
+    assert mesh.history < mesh.pieces
+    assert float(np.sum(mesh.length)) == pytest.approx(1.0)
+    # Those that repeat after half a turn have half as many, of a period that is half as long.
+    halved = pitched([70, 110, 70, 110]).system(50.0, 1e-3)
+    assert mesh_of(halved).pieces < mesh.pieces
+    assert float(halved.period) == pytest.approx(0.5 / 50)
+    assert len(halved.delays) == 2
+
+
+def test_mean_forces_are_those_of_quadrature():
+    with np.errstate(all="raise"):
+        term = pitched([80, 100, 75, 105], 0.8, "up").system(50.0, 1e-3).terms[1]
+    start, stop = np.array([0.1, 0.63, 0.97]), np.array([0.13, 0.7, 1.05])
+    phase = start[:, None] + (stop - start)[:, None] * (np.arange(4000) + 0.5) / 4000
+    values = np.asarray(term.coefficient.at(phase.ravel())).reshape(3, 4000, 2, 2)
+    assert np.asarray(term.coefficient.mean(start, stop)) == pytest.approx(
+        np.mean(values, axis=1), rel=2e-3, abs=1e-3 * KT * 1e-3
+    )
+
+
+def test_mean_forces_of_feed_and_runout_are_those_of_quadrature():
+    cutter = lobex.Cutter.end_mill(pitch_degrees=[80, 100, 75, 105], runout=[0, 1e-5, 0, 0])
+    process = lobex.Milling(PLANE, cutter, KT, KN, 0.8, "up", feed_per_tooth=1e-4)
+    system = process.system(50.0, 1e-3)
+    # They cut what the teeth cut, and multipliers do not know of them.
+    assert len(system.forcing) == 8
+    assert mesh_of(system).pieces == mesh_of(pitched([80, 100, 75, 105], 0.8, "up").system(50.0, 1e-3)).pieces
+    start, stop = np.array([0.1, 0.63, 0.97]), np.array([0.13, 0.7, 1.05])
+    phase = start[:, None] + (stop - start)[:, None] * (np.arange(4000) + 0.5) / 4000
+    values = sum(np.asarray(term.coefficient.at(phase.ravel())) for term in system.forcing)
+    wanted = np.mean(values.reshape(3, 4000, 2), axis=1)
+    assert np.asarray(system.mean_forcing(start, stop)) == pytest.approx(wanted, rel=2e-3, abs=1e-3 * KT * 1e-7)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"pitch_degrees": [90.0, 90.0, 90.0]}, "pitch_degrees sum to 270; give angles that make one turn, 360"),
+        ({"pitch_degrees": [[90.0], [270.0]]}, r"pitch_degrees has shape \(2, 1\); give one angle a tooth"),
+        ({"pitch_degrees": [-90.0, 450.0]}, "pitch_degrees = .* must be positive"),
+        ({"pitch_degrees": [90.0, np.nan]}, "pitch_degrees = .* has NaN"),
+        ({"teeth": 2, "pitch_degrees": [180.0, 180.0]}, "teeth = 2, pitch_degrees = .* give the number"),
+        ({}, "teeth = None, pitch_degrees = None: give the number"),
+        ({"teeth": 0}, "teeth = 0 must be a whole number of at least 1"),
+        ({"teeth": 2, "diameter": -0.02}, "diameter = -0.02 must be positive"),
+        ({"teeth": 2, "diameter": 0.02, "helix_degrees": 90.0}, "helix_degrees = 90.0; give angles from 0 to below 90"),
+        ({"teeth": 2, "diameter": 0.02, "helix_degrees": [30.0, -5.0]}, "helix_degrees = .* from 0 to below 90"),
+        ({"teeth": 2, "diameter": 0.02, "helix_degrees": [30.0, 0.0]}, "helix = .* above 0 and below π/2"),
+        ({"teeth": 2, "diameter": 0.02, "helix_degrees": [30.0] * 3}, "helix has shape .* one a tooth"),
+        ({"teeth": 2, "helix_degrees": 30.0}, "diameter = None with a helix; give the diameter"),
+        ({"teeth": 4, "runout": [1e-5]}, r"runout has shape \(1,\); give one number in m a tooth"),
+        ({"teeth": 4, "runout": [np.inf] * 4}, "runout = .* infinite"),
+    ],
+)
+def test_what_is_no_cutter_is_refused_in_one_line(given, message):
+    with pytest.raises(ValueError, match=message) as error:
+        lobex.Cutter.end_mill(**given)
+    assert "\n" not in str(error.value)
+
+
+def test_degrees_are_recognised_where_radians_are_meant():
+    with pytest.raises(ValueError, match=r"pitch sums to 360 rad.*Cutter\.end_mill"):
+        lobex.Cutter(4, pitch=[90.0] * 4)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"cutter": "end mill"}, "cutter = 'end mill' is none; give a lobex.Cutter, or the number of teeth"),
+        ({"cutter": 4, "teeth": 4}, "cutter = 4, teeth = 4: give one of them"),
+        ({}, "cutter = None, teeth = None: give one of them"),
+        ({"teeth": 4, "feed_per_tooth": 0.0}, "feed_per_tooth = 0 must be positive"),
+    ],
+)
+def test_milling_takes_a_cutter_or_a_number_of_teeth(given, message):
+    with pytest.raises(ValueError, match=message):
+        lobex.Milling(PLANE, tangential=KT, normal=KN, radial_immersion=0.5, **given)
+
+
+# --- helix
+
+SMALL = {"diameter": 0.016, "teeth": 4}
+
+
+def helical(degrees, direction="up", immersion=0.25, modes=PLANE):
+    return lobex.Milling(modes, lobex.Cutter.end_mill(**SMALL, helix_degrees=degrees), KT, KN, immersion, direction)
+
+
+def test_a_helix_at_its_pitch_depth_has_the_constant_coefficients_of_the_mean():
+    process, speed, depth = helical(45.0), 90.0, np.pi * SMALL["diameter"] / 4
+    with jax.enable_x64(True):
+        system, even = (each.system(speed, depth) for each in (process, helical(None)))
+        forces = np.asarray(system.at(np.arange(9) / 9).present)
+        # The mean of a straight cutter, of which each tooth is in turn where the edge is at some height.
+        mean = np.asarray(even.mean(np.zeros(1), np.ones(1)).present)
+    assert forces == pytest.approx(np.broadcast_to(mean, forces.shape), rel=1e-12)
+    with jax.enable_x64(True):
+        constant = replace(system, terms=(Regenerative(Constant(-forces[0])),))
+        pairs = (EACH, system), (lobex.Duhamel(nodes=24), constant)
+        values = [np.abs(np.linalg.eigvals(method.operator(each).matrix)).max() for method, each in pairs]
+    assert values[0] == pytest.approx(values[1], rel=1e-9)
+
+
+@pytest.mark.parametrize("depth", [1e-3, 0.03])
+def test_mean_forces_of_a_helix_are_those_of_its_heights(depth):
+    process = helical(45.0, "down", 0.6)
+    phase, height = 0.137 + np.arange(3) / 3, depth * (np.arange(20000) + 0.5) / 20000
+    angle = (2 * np.pi / 4 * (phase[:, None] + np.arange(4)))[..., None] - 2 / SMALL["diameter"] * height
+    angle = np.mod(angle, 2 * np.pi)
+    sine, cosine = np.sin(angle), np.cos(angle)
+    cutting = (angle > np.arccos(2 * 0.6 - 1)) & (angle < np.pi)
+    wanted = [(cutting * (KT * cosine + KN * sine) * sine).mean(-1).sum(1) * depth]
+    wanted += [(cutting * (KN * cosine - KT * sine) * cosine).mean(-1).sum(1) * depth]
+    with jax.enable_x64(True):
+        system = process.system(50.0, depth)
+        forces = -np.asarray(system.at(phase).present)
+        mean = np.asarray(system.mean(phase[:1], phase[:1] + 0.3).present[0])
+        every = np.asarray(system.at(phase[0] + 0.3 * (np.arange(2000) + 0.5) / 2000).present)
+    assert np.stack([forces[:, 0, 0], forces[:, 1, 1]]) == pytest.approx(np.stack(wanted), rel=2e-3)
+    assert mean == pytest.approx(every.mean(0), rel=1e-5)
+
+
+def test_symmetric_structures_cut_up_as_they_cut_down_with_a_helix():
+    both = lobex.Modes.plane(x=MODE, y=MODE)
+    up, down = (helical(30.0, direction, modes=both) for direction in ("up", "down"))
+    values = [abs(lobex.multipliers(mill, 90.0, 6e-3, EACH)[0]) for mill in (up, down)]
+    assert values[0] == pytest.approx(values[1], rel=1e-9)
+
+
+def test_derivatives_by_depth_helix_and_immersion_are_those_of_differences():
+    def radius(numbers):
+        depth, helix, immersion = numbers
+        cutter = lobex.Cutter(4, SMALL["diameter"], helix=helix)
+        return lobex.spectral_radius(lobex.Milling(PLANE, cutter, KT, KN, immersion, "up"), 90.0, depth, EACH)
+
+    at = np.array([6e-3, 0.5, 0.25])
+    with jax.enable_x64(True):
+        slopes = np.asarray(jax.jit(jax.grad(radius))(at))
+        value = jax.jit(radius)
+        for slope, step in zip(slopes, np.diag(1e-5 * at), strict=True):
+            difference = float(value(at + step) - value(at - step)) / (2 * np.sum(step))
+            assert slope == pytest.approx(difference, rel=1e-6)
+
+
+def test_a_small_helix_comes_to_a_straight_cutter_by_its_square():
+    straight = lobex.multipliers(helical(None), 90.0, 3e-3, EACH)[0]
+    apart = [abs(lobex.multipliers(helical(a), 90.0, 3e-3, EACH)[0] - straight) for a in (1.0, 2.0)]
+    assert apart[1] / apart[0] == pytest.approx(4, rel=0.1)
