@@ -255,7 +255,7 @@ def _fields(
     status = lib.where(lib.isfinite(lanes.largest) & lib.isfinite(radius), status, int(OrbitStatus.FAILED))
     told = status <= int(OrbitStatus.ABOVE_TOLERANCE)
 
-    def where_told(part: Float[AnyArray, "*lanes ..."]) -> Float[AnyArray, "*lanes ..."]:
+    def where_told(part: Float[AnyArray, "..."]) -> Float[AnyArray, "..."]:
         return lib.where(told.reshape(told.shape + (1,) * (part.ndim - told.ndim)), part, lib.nan)
 
     return {
