@@ -70,7 +70,7 @@ def _nodes_in_modes(
     return jnp.asarray(angular_frequency), jnp.asarray(vectors).T @ mass @ nodes, jnp.asarray(vectors[-1])
 
 
-def sample_history(history: Any, delay: np.ndarray, steps: int, outputs: int) -> np.ndarray:
+def sample_history(history: Any, delay: Float[Any, "*lanes"], steps: int, outputs: int) -> np.ndarray:
     """w over [−τ, 0] of every lane in so many steps, (*lanes, steps + 1, m), from a function of time."""
     if not callable(history):
         raise ValueError(

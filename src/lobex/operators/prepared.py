@@ -41,7 +41,7 @@ class Prepared:
     """
 
     past: Float[Array, "M rows N"]
-    force: Float[Array, "M rows qe"]
+    force: Float[Array, "M driven qe"]
     missed: Float[AnyArray, "M n"]
     flights: Float[Array, "M samples r d"] | None
     sizes: tuple[int, int, int, int]

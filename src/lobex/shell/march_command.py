@@ -37,7 +37,7 @@ def run_march(command: March) -> None:
     result.save(files[0])
     files[1].write_bytes(picture)
     if not flags.output.quiet:
-        predicted = lobex.spectral_radius(process, speed, gain)
+        predicted = np.asarray(lobex.spectral_radius(process, speed, gain))
         rows = _comparison(process, speed, gain, growth, predicted)
         print("\n".join([repr(result), *rows, f"  written          {files[0]}, {files[1]}"]))
 
