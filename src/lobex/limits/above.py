@@ -1,23 +1,23 @@
 """The stretches of a receptance above a gain, and whether the system is stable at it."""
 
-from typing import Any
-
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
 
+from lobex._shapes import AnyArray
 from lobex.limits.phase import half_turn_rate, half_turns
 from lobex.limits.receptance_curve import ReceptanceCurve
 from lobex.limits.roots import bracketed_root
 from lobex.limits.sections import on_boundary
 from lobex.limits.stretches import Stretches
 
-Array = Any
-
 # Beyond its grid a modal curve is that of a mass, whose gain grows with ω²: by less than this share besides.
 _SPARE = 1.1
 
 
-def above(curve: ReceptanceCurve, stretches: Stretches, speed: Array, gain: Array) -> tuple[Stretches, Array]:
+def above(
+    curve: ReceptanceCurve, stretches: Stretches, speed: Float[Array, ""], gain: Float[Array, ""]
+) -> tuple[Stretches, Bool[Array, ""]]:
     """The stretches with their parts of lower gain cut off, and whether no root is to the right at ``gain``.
 
     Every frequency with a lobe's phase and a lower gain has let a pair of roots pass, to the right where the phase
@@ -37,8 +37,10 @@ def above(curve: ReceptanceCurve, stretches: Stretches, speed: Array, gain: Arra
     below = there & closed & (curve.at(stretches.row, last)[0].real <= target)
     through = there & ~below & (stretches.gain < gain)
 
-    def cut(row: Array, low: Array, high: Array, wanted: Array) -> Array:
-        def miss(offset: Array) -> tuple[Array, Array]:
+    def cut(
+        row: Int[Array, ""], low: Float[Array, ""], high: Float[Array, ""], wanted: Bool[Array, ""]
+    ) -> Float[Array, ""]:
+        def miss(offset: Float[Array, ""]) -> tuple[Float[AnyArray, ""], Float[AnyArray, ""]]:
             response, slope, _ = curve.at(row, offset)
             return response.real - target, slope.real
 

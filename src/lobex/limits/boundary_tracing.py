@@ -7,10 +7,12 @@ from typing import Any
 
 import jax
 import numpy as np
+from jaxtyping import Array, Float, Int
 
 from lobex import _checks
 from lobex._batches import in_batches, over_few, together
 from lobex._float64 import at_once, widened
+from lobex._shapes import AnyArray
 from lobex._timing import timed
 from lobex.grids.choice import AUTO, AnyMethod, Auto, operator_of, tolerance_of
 from lobex.grids.evaluation import dominant_at_points
@@ -27,8 +29,6 @@ from lobex.results.boundary import Boundary, BoundaryCurve
 from lobex.results.chart import Chart
 from lobex.results.codes import Kind
 from lobex.results.rebuild import rebuild
-
-Array = Any
 
 # Every vertex that is kept leaves log max|μ| below this.
 _POLISHED = 1e-8
@@ -228,7 +228,12 @@ def _evaluation(process: Process, method: Method) -> Evaluation:
 
 @partial(jax.jit, static_argnames="several")
 def _gradients(
-    process: Process, method: Method, several: int, count: Array, speed: Array, gain: Array
-) -> tuple[Array, Array, Array, Array]:
+    process: Process,
+    method: Method,
+    several: int,
+    count: Int[Array, ""],
+    speed: Float[AnyArray, " p"],
+    gain: Float[AnyArray, " p"],
+) -> tuple[Float[Array, " p"], Float[Array, " p"], Float[Array, " p"], Float[Array, " p"]]:
     """At the first ``count`` of points (p,), ``several`` at a time."""
     return over_few(partial(growth_and_gradient, process, method), several, count, speed, gain)

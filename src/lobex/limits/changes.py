@@ -7,8 +7,10 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Bool, Float, Int, Real
 
 from lobex._batches import in_batches, over_few, together
+from lobex._shapes import Number
 from lobex.floquet import dense, power
 from lobex.floquet.chatter import carrier_frequency
 from lobex.floquet.dense import Triple
@@ -24,8 +26,6 @@ from lobex.operators.response import samples_in_flight
 from lobex.processes.process import Process
 from lobex.results.codes import Kind
 from lobex.systems.traits import traits_of
-
-Array = Any
 
 # A second multiplier is in a tie where its log|μ| at the limit is above minus this.
 TIE = 1e-7
@@ -43,10 +43,10 @@ class Label(NamedTuple):
     """Of a change: chatter frequency (Hz), kind, |μ| of the strongest multiplier beside the dominant pair, and the
     estimated relative error of |μ| (NaN where the method gives none)."""
 
-    frequency: Array
-    kind: Array
-    rival: Array
-    error: Array
+    frequency: Float[Array, " *lanes"]
+    kind: Int[Array, " *lanes"]
+    rival: Float[Array, " *lanes"]
+    error: Float[Array, " *lanes"]
 
 
 class Changes(NamedTuple):
@@ -109,7 +109,7 @@ def _polished_batch(
     speed: np.ndarray,
     low: np.ndarray,
     *others: Any,
-) -> tuple[Array, ...]:
+) -> tuple[Real[Array, " p"], ...]:
     # The scan has compiled this for as many speeds.
     prepared = None
     if isinstance(method, Duhamel):
@@ -121,17 +121,24 @@ def _polished_batch(
 def _polished(
     process: Process,
     method: Method,
-    squarings: Array,
-    count: Array,
+    squarings: int | Int[Array, ""],
+    count: Int[Array, ""],
     prepared: Any,
-    speed: Array,
-    low: Array,
-    high: Array,
-    start: Array,
-    end: Array,
+    speed: Float[Array, " p"],
+    low: Float[Array, " p"],
+    high: Float[Array, " p"],
+    start: Float[Array, " p"],
+    end: Float[Array, " p"],
     densely: bool,
-) -> tuple[Array, ...]:
-    def one(prepared: Any, speed: Array, low: Array, high: Array, start: Array, end: Array) -> tuple[Array, ...]:
+) -> tuple[Real[Array, " p"], ...]:
+    def one(
+        prepared: Any,
+        speed: Float[Array, ""],
+        low: Float[Array, ""],
+        high: Float[Array, ""],
+        start: Float[Array, ""],
+        end: Float[Array, ""],
+    ) -> tuple[Real[Array, ""], ...]:
         family = _family(process, method, prepared, speed, densely)
         found = find_zero_growth(family, low, high, (start, end), squarings, densely)
         gain = jnp.where(jnp.isnan(found.gain), low, found.gain)
@@ -141,11 +148,11 @@ def _polished(
     return over_few(one, together(len(speed), _TOGETHER), count, prepared, speed, low, high, start, end)
 
 
-def _family(process: Process, method: Method, prepared: Any, speed: Array, densely: bool) -> Family:
+def _family(process: Process, method: Method, prepared: Any, speed: Number, densely: bool) -> Family:
     if isinstance(method, Duhamel):
         solve = pivoted_inverse if densely else inverse
 
-        def assembled(gain: Array) -> Array:
+        def assembled(gain: Number) -> Float[Array, "N N"]:
             system = process.system(speed, gain)
             mine = method.prepare(system) if prepared is None else prepared
             return method.assemble(mine, method.respond(mine, system, solve))
@@ -154,7 +161,7 @@ def _family(process: Process, method: Method, prepared: Any, speed: Array, dense
     return lambda gain: method.operator(process.system(speed, gain)).matrix
 
 
-def operator_family(process: Process, method: Method, speed: Array, gain: Array) -> tuple[Any, Family]:
+def operator_family(process: Process, method: Method, speed: Number, gain: Number) -> tuple[Any, Family]:
     """What a method prepares at a speed, once for all gains, and the operator's matrix as a function of the gain."""
     prepared, traits = None, traits_of(process)
     if isinstance(method, Duhamel) and not traits.structure_by_gain:
@@ -166,11 +173,11 @@ def _label(
     process: Process,
     method: Method,
     prepared: Any,
-    matrix: Array,
+    matrix: Float[Array, "N N"],
     triple: Triple,
-    speed: Array,
-    gain: Array,
-    squarings: Array,
+    speed: Number,
+    gain: Number,
+    squarings: int | Int[Array, ""],
     densely: bool,
 ) -> Label:
     """What goes on at one limit."""
@@ -190,7 +197,9 @@ def _label(
     return Label(frequency, kind, _rival(matrix, triple, real, squarings, densely), error)
 
 
-def _rival(matrix: Array, triple: Triple, real: Array, squarings: Array, densely: bool) -> Array:
+def _rival(
+    matrix: Float[Array, "N N"], triple: Triple, real: Bool[Array, ""], squarings: int | Int[Array, ""], densely: bool
+) -> Float[Array, ""]:
     """|μ| of the strongest multiplier beside the dominant one and its conjugate."""
     value, right, left = triple
     if densely:
@@ -203,7 +212,7 @@ def _rival(matrix: Array, triple: Triple, real: Array, squarings: Array, densely
     return jnp.sqrt(jnp.sum(pair.value**2))
 
 
-def label_densely(process: Process, method: Method, speed: Array, gain: Array) -> Label:
+def label_densely(process: Process, method: Method, speed: Number, gain: Number) -> Label:
     """``Label`` of one point by the dense solver, for use under a caller's own transformations."""
     prepared, family = operator_family(process, method, speed, gain)
     matrix = family(gain)

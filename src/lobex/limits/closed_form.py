@@ -4,10 +4,12 @@ from typing import Any, NamedTuple
 
 import jax
 import numpy as np
+from jaxtyping import Float
 
 from lobex import _checks
 from lobex._float64 import at_once
 from lobex._namespace import namespace
+from lobex._shapes import AnyArray, Number
 from lobex.characteristic.closed_loop import FAR, responses
 from lobex.limits.receptance import Receptance
 from lobex.limits.sections import Sections
@@ -17,8 +19,6 @@ from lobex.systems.form import by_form
 from lobex.systems.one_force import one_force
 from lobex.systems.system import DelaySystem, dense_outputs
 from lobex.systems.traits import followers
-
-Array = Any
 
 # At what a system is looked at that does not follow its speed.
 _SPEED = 1e-3
@@ -42,7 +42,7 @@ class Regeneration(NamedTuple):
     """
 
     receptance: Sections | Receptance
-    stiffness: Array
+    stiffness: Number
 
 
 class Contacts(NamedTuple):
@@ -59,8 +59,8 @@ class Rate(NamedTuple):
         delayed: b, 1/s per unit of gain.
     """
 
-    own: Array
-    delayed: Array
+    own: Number
+    delayed: Number
 
 
 class _Numbers(NamedTuple):
@@ -133,7 +133,7 @@ def _form_refused(made: Any, shapes: tuple[Any, ...], number: Any) -> str | None
     if not system.repeats or len(system.delays) != 1:
         return "has other delays than its period"
 
-    def parts(numbers: Any, speed: Array, gain: Array) -> tuple[Any, Any]:
+    def parts(numbers: Any, speed: Number, gain: Number) -> tuple[Any, Any]:
         system = made(numbers).system(speed, gain)
         return (system.blocks, system.inputs, system.outputs, system.recalled), system.at(np.zeros(1))
 
@@ -144,13 +144,13 @@ def _form_refused(made: Any, shapes: tuple[Any, ...], number: Any) -> str | None
     return None
 
 
-def _feedback(process: Process) -> tuple[Array, Array, Array]:
+def _feedback(process: Process) -> tuple[Float[AnyArray, "e r"], Float[AnyArray, "e r"], Float[AnyArray, "e r"]]:
     """Of each force and output the present one without gain, and the present and the delayed one per unit of gain."""
     (held, _), (present, delayed) = (_forces(process, gain) for gain in (0.0, 1.0))
     return held, present - held, delayed
 
 
-def _forces(process: Process, gain: float) -> tuple[Array, Array]:
+def _forces(process: Process, gain: float) -> tuple[Float[AnyArray, "e r"], Float[AnyArray, "e r"]]:
     present, (delayed,) = process.system(_SPEED, gain).at(np.zeros(1))
     return present[0], delayed[0]
 
@@ -193,14 +193,16 @@ def _of_numbers(process: Process, measured: bool) -> _Numbers:
     return _Numbers(None, several=bool(apart), blocks=small, rates=not still)
 
 
-def _by_block(seen: Array, inputs: Array) -> Array:
+def _by_block(seen: Float[AnyArray, "..."], inputs: Float[AnyArray, "..."]) -> Float[AnyArray, "..."]:
     """Of blocks of two states what each force does at once to what each output sees, (n,) or (n, m, m)."""
     if np.ndim(inputs) == 1:
         return np.sum((seen * inputs).reshape(-1, 2), axis=1)
     return np.einsum("nio,nif->nof", *(part.reshape(-1, 2, part.shape[1]) for part in (seen, inputs)))
 
 
-def _of_full_rank(inputs: Array, seen: Array) -> tuple[Array, Array]:
+def _of_full_rank(
+    inputs: Float[AnyArray, "..."], seen: Float[AnyArray, "..."]
+) -> tuple[Float[AnyArray, "..."], Float[AnyArray, "..."]]:
     """E, (d, m), and C, (m, d), with the product of those that are given, and no more forces than it takes."""
     if _checks.is_traced((inputs, seen)):
         return inputs, seen
@@ -211,7 +213,9 @@ def _of_full_rank(inputs: Array, seen: Array) -> tuple[Array, Array]:
     return left[:, :rank] * size[:rank], right[:rank]
 
 
-def _by_blocks(system: DelaySystem, inputs: Array, seen: Array, rates: bool) -> Sections:
+def _by_blocks(
+    system: DelaySystem, inputs: Float[AnyArray, "..."], seen: Float[AnyArray, "..."], rates: bool
+) -> Sections:
     """G of blocks of two states, of a force (d,) and what it sees, (d,), or of several, (d, m) and (m, d)."""
     lib = namespace(system.blocks, inputs, seen)
     a = lib.asarray(system.blocks)
@@ -231,7 +235,9 @@ def _by_blocks(system: DelaySystem, inputs: Array, seen: Array, rates: bool) -> 
     )
 
 
-def _by_poles(system: DelaySystem, held: Array, inputs: Array, seen: Array) -> Sections | str:
+def _by_poles(
+    system: DelaySystem, held: Float[AnyArray, "e r"], inputs: Float[AnyArray, "..."], seen: Float[AnyArray, "..."]
+) -> Sections | str:
     """G of any structure, by its pairs of poles, of forces and what they see as of ``_by_blocks``."""
     drift = np.asarray(system.drift() + system.input_matrix() @ held @ system.output_matrix())
     one = np.ndim(inputs) == 1

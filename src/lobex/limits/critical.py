@@ -4,10 +4,12 @@ import warnings
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float, Shaped
 
 from lobex import _checks
 from lobex._float64 import at_once, widened
 from lobex._memory import check_memory
+from lobex._shapes import AnyArray
 from lobex._timing import Stopwatch, timed
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids.choice import AUTO, AnyMethod, check_any_method, chosen_method, operator_of, tolerance_of
@@ -28,8 +30,6 @@ from lobex.processes.quantity import quantity_of
 from lobex.results.codes import Kind, Status
 from lobex.results.description import describe
 from lobex.results.limit import Limit
-
-Array = Any
 
 # A sample of the scan: its multiplier, and its neighbours' while it is sorted.
 _BYTES = 60
@@ -90,11 +90,11 @@ def critical_gain(
 
 def _limit(
     process: Process,
-    speeds: Array,
+    speeds: Float[AnyArray, " speeds"],
     gains: np.ndarray,
     method: Method | CharacteristicRoots,
     spent: Stopwatch,
-    **parts: Array,
+    **parts: Shaped[AnyArray, "speeds ..."],
 ) -> Limit:
     return Limit(
         speed=speeds,

@@ -10,17 +10,19 @@ of their receptance is such a G.
 """
 
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Bool, Complex, Float, Int
 
 from lobex import _checks
 from lobex._batches import in_batches
 from lobex._float64 import in_float64
 from lobex._namespace import namespace
 from lobex._pytree import pytree
+from lobex._shapes import AnyArray, ArrayLike, Numbers
 from lobex.characteristic.lanes import few
 from lobex.limits.above import above
 from lobex.limits.closed_form import Contacts, Regeneration, closed_form
@@ -36,7 +38,6 @@ from lobex.limits.stretches import Stretches, stretches
 from lobex.processes.process import Process, check_speed
 from lobex.structures.modes import Modes
 
-Array = Any
 Source = Modes | Receptance | Regeneration | Contacts | Process
 
 # Speeds that are searched together: their phases at all stretches stay in cache.
@@ -58,13 +59,13 @@ class ExactCritical:
             a kink and its derivative is that of one side.
     """
 
-    gain: Array
-    angular_frequency: Array
-    lobe: Array
-    tie: Array
+    gain: Float[AnyArray, " *lanes"]
+    angular_frequency: Float[AnyArray, " *lanes"]
+    lobe: Int[AnyArray, " *lanes"]
+    tie: Bool[AnyArray, " *lanes"]
 
     @property
-    def chatter_frequency(self) -> Array:
+    def chatter_frequency(self) -> float | Float[AnyArray, " *lanes"]:
         """ω/2π, Hz."""
         return self.angular_frequency / (2 * np.pi)
 
@@ -78,8 +79,8 @@ class ExactBranches:
         speed: speed at which lobe j passes there, shape (lobes, n), j = 1, 2, …, Hz; NaN where Re G ≥ 0.
     """
 
-    gain: Array
-    speed: Array
+    gain: Float[AnyArray, " *points"]
+    speed: Float[AnyArray, " lobes *points"]
 
 
 @pytree()
@@ -92,12 +93,12 @@ class ExactMinimum:
         speed: the speeds at which lobes 1, 2, … have it, shape (lobes,), Hz.
     """
 
-    gain: Array
-    angular_frequency: Array
-    speed: Array
+    gain: Float[AnyArray, ""]
+    angular_frequency: Float[AnyArray, ""]
+    speed: Float[AnyArray, " lobes"]
 
 
-def exact_branches(source: Source, omega: Array, lobes: int = 10) -> ExactBranches:
+def exact_branches(source: Source, omega: ArrayLike, lobes: int = 10) -> ExactBranches:
     """Gain and speeds of the stability boundary at given frequencies.
 
     Args:
@@ -118,7 +119,9 @@ def exact_branches(source: Source, omega: Array, lobes: int = 10) -> ExactBranch
     return ExactBranches(*_branches(found, omega, _checks.integer("lobes", lobes, 1, MOST_LOBES)))
 
 
-def branches_of_several(sections: Sections, omega: Array, lobes: int) -> tuple[Array, ExactBranches]:
+def branches_of_several(
+    sections: Sections, omega: Float[AnyArray, " n"], lobes: int
+) -> tuple[Float[np.ndarray, " points"], ExactBranches]:
     """``exact_branches`` of m contacts at ω (n,), and ω with them, (m (n + 1),).
 
     One eigenvalue of their receptance follows the other, with NaN between them.
@@ -127,7 +130,7 @@ def branches_of_several(sections: Sections, omega: Array, lobes: int) -> tuple[A
     return omega, ExactBranches(*_curves(response, omega, lobes))
 
 
-def exact_critical(source: Source, speed: Array, lowest: Array | None = None) -> ExactCritical:
+def exact_critical(source: Source, speed: ArrayLike, lowest: float | None = None) -> ExactCritical:
     """The stability limit at each speed, to rounding: no discretisation of the delay, no grid of gains.
 
     The frequency axis is cut, independently of the speed, into stretches where Re G and d arg G/dω are
@@ -157,7 +160,7 @@ def exact_critical(source: Source, speed: Array, lowest: Array | None = None) ->
     """
     found = source_of(source)
     speed = np.asarray(speed) if isinstance(speed, list | tuple) else speed
-    check_speed(source, speed)  # pyright: ignore[reportArgumentType]
+    check_speed(source, speed)
     if isinstance(found, Contacts):
         if lowest is not None:
             raise ValueError(f"lowest = {lowest!r} is for one contact direction; give None")
@@ -211,21 +214,25 @@ def _curve(source: Regeneration | Branched) -> ReceptanceCurve:
     return SampledCurve(part) if isinstance(part, Receptance) else ModalCurve(part)
 
 
-def _gain(curve: ReceptanceCurve, row: Array, offset: Array) -> Array:
+def _gain(curve: ReceptanceCurve, row: Int[Array, ""], offset: Float[AnyArray, ""]) -> Float[AnyArray, ""]:
     gain = on_boundary(curve.at(row, offset)[0].real)
     # At the pole of an undamped mode: exactly zero, with the derivative by damping that it has.
     return gain - jnp.where(curve.undamped_at(row, offset), jax.lax.stop_gradient(gain), 0.0)
 
 
 @in_float64
-def _branches(source: Regeneration, omega: Array, lobes: int) -> tuple[Array, Array]:
+def _branches(
+    source: Regeneration, omega: Numbers, lobes: int
+) -> tuple[Float[AnyArray, " *points"], Float[AnyArray, " lobes *points"]]:
     lib = namespace(source, omega)
-    omega = lib.asarray(omega, dtype=lib.result_type(float))
-    gain, speed = _curves(receptance(source.receptance, omega), omega, lobes)
+    at = lib.asarray(omega, dtype=lib.result_type(float))
+    gain, speed = _curves(cast(AnyArray, receptance(source.receptance, at)), at, lobes)
     return gain / source.stiffness, speed
 
 
-def _curves(response: Array, omega: Array, lobes: int) -> tuple[Array, Array]:
+def _curves(
+    response: Complex[AnyArray, " *points"], omega: Float[AnyArray, " *points"], lobes: int
+) -> tuple[Float[AnyArray, " *points"], Float[AnyArray, " lobes *points"]]:
     lib = namespace(response, omega)
     there = response.real < 0
     real = lib.where(there, response.real, -1.0)
@@ -233,7 +240,9 @@ def _curves(response: Array, omega: Array, lobes: int) -> tuple[Array, Array]:
     return lib.where(there, on_boundary(real), lib.nan), lib.where(there, speed, lib.nan)
 
 
-def _lobe_speeds(response: Array, omega: Array, lobes: int) -> Array:
+def _lobe_speeds(
+    response: Complex[AnyArray, " *points"], omega: Float[AnyArray, " *points"], lobes: int
+) -> Float[AnyArray, " lobes *points"]:
     numbers = np.arange(1, lobes + 1).reshape(-1, *(1,) * omega.ndim)
     return omega / (2 * jnp.pi * (numbers - half_turns(response)))
 
@@ -254,10 +263,12 @@ def _every_stretch(source: Regeneration | Branched) -> Stretches:
 
 
 @in_float64
-def _critical(source: Regeneration | Branched, speed: Array, lowest: Array | None) -> tuple[Array, Array, Array, Array]:
+def _critical(
+    source: Regeneration | Branched, speed: Numbers, lowest: float | None
+) -> tuple[Float[AnyArray, " *lanes"], Float[AnyArray, " *lanes"], Int[AnyArray, " *lanes"], Bool[AnyArray, " *lanes"]]:
     lib = namespace(source, speed, lowest)
-    speed = lib.asarray(speed, dtype=lib.result_type(float))
-    flat, parts, count = speed.ravel(), _stretches(source), speed.size
+    speeds = lib.asarray(speed, dtype=lib.result_type(float))
+    flat, parts, count = speeds.ravel(), _stretches(source), speeds.size
     if lib is jnp and count <= _BATCH:
         results = _limits(source, parts, lowest, flat)
     elif count == 0:
@@ -269,20 +280,20 @@ def _critical(source: Regeneration | Branched, speed: Array, lowest: Array | Non
         results = jax.lax.map(partial(_limits, source, parts, lowest), filled.reshape(rows, _BATCH))
     else:
         results = in_batches(lambda _, batch: _limits(source, parts, lowest, batch), (flat,), _BATCH)
-    gain, omega, lobe, tie = (r.ravel()[:count].reshape(speed.shape) for r in results)
+    gain, omega, lobe, tie = (r.ravel()[:count].reshape(speeds.shape) for r in results)
     return gain, omega, lobe, tie
 
 
 @jax.jit
 def _limits(
-    source: Regeneration | Branched, parts: Stretches, lowest: Array | None, speed: Array
-) -> tuple[Array, Array, Array, Array]:
+    source: Regeneration | Branched, parts: Stretches, lowest: Float[Array, ""] | None, speed: Float[Array, " p"]
+) -> tuple[Float[AnyArray, " p"], Float[AnyArray, " p"], Int[AnyArray, " p"], Bool[AnyArray, " p"]]:
     """At speeds (b,)."""
     curve = _curve(source)
     # The search is done with the values alone; the derivative is put on its result.
     still = _curve(jax.lax.stop_gradient(source))
 
-    def point(speed: Array) -> tuple[Array, Array, Array, Array]:
+    def point(speed: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""], Int[Array, ""], Bool[Array, ""]]:
         still_speed = jax.lax.stop_gradient(speed)
         mine, stable = parts, True
         if lowest is not None:
@@ -297,7 +308,7 @@ def _limits(
     return jax.vmap(point)(speed)
 
 
-def _follow(curve: ReceptanceCurve, speed: Array, found: LobePoint) -> Array:
+def _follow(curve: ReceptanceCurve, speed: Float[Array, ""], found: LobePoint) -> Float[AnyArray, ""]:
     """The root's offset as a function of speed and curve: two Newton steps, exact to the second derivative."""
     offset, level = found.offset, jax.lax.stop_gradient(phase(curve, speed, found.row, found.offset)[0])
     for _ in range(2):
@@ -307,12 +318,16 @@ def _follow(curve: ReceptanceCurve, speed: Array, found: LobePoint) -> Array:
 
 
 @in_float64
-def _minimum(source: Regeneration | Branched, lobes: int) -> tuple[Array, Array, Array]:
+def _minimum(
+    source: Regeneration | Branched, lobes: int
+) -> tuple[Float[AnyArray, ""], Float[AnyArray, ""], Float[AnyArray, " lobes"]]:
     return _least(source, _stretches(source), lobes)
 
 
 @partial(jax.jit, static_argnames="lobes")
-def _least(source: Regeneration | Branched, parts: Stretches, lobes: int) -> tuple[Array, Array, Array]:
+def _least(
+    source: Regeneration | Branched, parts: Stretches, lobes: int
+) -> tuple[Float[AnyArray, ""], Float[AnyArray, ""], Float[AnyArray, " lobes"]]:
     curve = _curve(source)
     lowest = jax.tree.map(lambda a: a[0], parts)
     row, offset = lowest.row, lowest.low
@@ -326,4 +341,8 @@ def _least(source: Regeneration | Branched, parts: Stretches, lobes: int) -> tup
     response = jnp.where(exists, curve.at(row, offset)[0], -1.0)
     gain = _gain(curve, row, offset) / source.stiffness
     speed = _lobe_speeds(response, omega, lobes)
-    return jnp.where(exists, gain, jnp.nan), jnp.where(exists, omega, jnp.nan), jnp.where(exists, speed, jnp.nan)
+    return (
+        jnp.where(exists, gain, jnp.nan),
+        cast(Array, jnp.where(exists, omega, jnp.nan)),
+        jnp.where(exists, speed, jnp.nan),
+    )

@@ -7,18 +7,18 @@ nothing of them is left out. Eigenvalues that pass each other need no name that 
 all but meet, the place in between is looked at too.
 """
 
-from typing import Any, cast
+from typing import cast
 
 import jax
 import numpy as np
+from jaxtyping import Array, Bool, Complex, Float, Int
 from scipy.optimize import linear_sum_assignment
 
 from lobex._namespace import namespace
 from lobex._pytree import pytree
+from lobex._shapes import AnyArray
 from lobex.characteristic.lanes import few
 from lobex.limits.sections import Sections, modal_response
-
-Array = Any
 
 _DEGREE = 10
 # Of the last coefficients, in units of the largest value of the branch, and of any.
@@ -56,25 +56,32 @@ class EigenvalueBranches:
         coefficients: of powers of (offset − middle)/half, (degree + 1, rows), complex.
     """
 
-    anchor: Array
-    middle: Array
-    half: Array
-    coefficients: Array
+    anchor: Float[AnyArray, " rows"]
+    middle: Float[AnyArray, " rows"]
+    half: Float[AnyArray, " rows"]
+    coefficients: Complex[AnyArray, "terms rows"]
 
     open_ended = False
     most_breaks = None
 
-    def grid(self) -> tuple[Array, Array]:
+    def grid(self) -> tuple[Int[AnyArray, " points"], Float[AnyArray, " points"]]:
         lib = namespace(self)
         along = (1 + _OVERLAP) * lib.linspace(-1.0, 1.0, _PARTS + 1)
         offset = self.middle[:, None] + self.half[:, None] * along
         return lib.repeat(lib.arange(len(self.anchor)), _PARTS + 1), offset.ravel()
 
-    def at(self, row: Array, offset: Array) -> tuple[Array, Array, Array]:
+    def at(
+        self, row: Int[AnyArray, " *points"], offset: Float[AnyArray, " *points"]
+    ) -> tuple[Complex[AnyArray, " *points"], Complex[AnyArray, " *points"], Complex[AnyArray, " *points"]]:
         half = self.half[row]
         place = (offset - self.middle[row]) / half
 
-        def add(sums: tuple[Array, Array, Array], coefficient: Array) -> tuple[tuple[Array, Array, Array], None]:
+        def add(
+            sums: tuple[Complex[AnyArray, " *points"], Complex[AnyArray, " *points"], Complex[AnyArray, " *points"]],
+            coefficient: Complex[AnyArray, " *points"],
+        ) -> tuple[
+            tuple[Complex[AnyArray, " *points"], Complex[AnyArray, " *points"], Complex[AnyArray, " *points"]], None
+        ]:
             value, slope, bend = sums
             return (value * place + coefficient, slope * place + value, bend * place + 2 * slope), None
 
@@ -83,7 +90,9 @@ class EigenvalueBranches:
         (value, slope, bend), _ = jax.lax.scan(add, (none, none, none), self.coefficients[:, row], reverse=True)
         return value, slope / half, bend / half**2
 
-    def undamped_at(self, row: Array, offset: Array) -> Array:
+    def undamped_at(
+        self, row: Int[AnyArray, " *points"], offset: Float[AnyArray, " *points"]
+    ) -> Bool[AnyArray, " *points"]:
         return namespace(offset).zeros(np.shape(offset), dtype=bool)
 
 
@@ -101,7 +110,7 @@ def eigenvalue_branches(sections: Sections, highest: float) -> EigenvalueBranche
     low = np.column_stack([edges[:-1] - anchors, 0 * anchors]).ravel()
     high = np.column_stack([0 * anchors, edges[1:] - anchors]).ravel()
     anchor, low, high = (part[high > low] for part in (anchor, low, high))
-    done: list[tuple[Array, ...]] = []
+    done: list[tuple[np.ndarray, ...]] = []
     for _ in range(_ROUNDS):
         middle, half = (low + high) / 2, (high - low) / 2
         value = _followed(_eigenvalues(sections, anchor, middle[:, None] + half[:, None] * _PLACE), _PLACE)
@@ -120,7 +129,12 @@ def eigenvalue_branches(sections: Sections, highest: float) -> EigenvalueBranche
     return _of_rows(*(np.concatenate(part) for part in zip(*done, strict=True)))
 
 
-def _of_rows(anchor: Array, middle: Array, half: Array, value: Array) -> EigenvalueBranches:
+def _of_rows(
+    anchor: Float[np.ndarray, " c"],
+    middle: Float[np.ndarray, " c"],
+    half: Float[np.ndarray, " c"],
+    value: Complex[np.ndarray, "c points m"],
+) -> EigenvalueBranches:
     """What of cells (c,) with values (c, points, m) may be a limit, filled up with what is none."""
     size = np.max(np.abs(value), axis=1)
     coefficients = np.einsum("kp,cpm->kcm", _POWERS, value)
@@ -138,20 +152,24 @@ def _of_rows(anchor: Array, middle: Array, half: Array, value: Array) -> Eigenva
     )
 
 
-def _eigenvalues(sections: Sections, anchor: Array, offset: Array) -> Array:
+def _eigenvalues(
+    sections: Sections, anchor: Float[np.ndarray, " c"], offset: Float[AnyArray, "c p"]
+) -> Complex[np.ndarray, "c p m"]:
     """Of G at anchors (c,) and offsets (c, p), (c, p, m)."""
     distance = (sections.angular_frequency - anchor[:, None])[:, None] - offset[..., None]
     return np.linalg.eigvals(modal_response(sections, distance, anchor[:, None] + offset)[0])
 
 
-def along(sections: Sections, omega: Array) -> tuple[Array, Array]:
+def along(
+    sections: Sections, omega: Float[AnyArray, " n"]
+) -> tuple[Float[np.ndarray, " points"], Complex[np.ndarray, " points"]]:
     """The eigenvalues at ω, (n,), rad/s, one after the other with a gap between them: ω and λ, (m (n + 1),)."""
     value = _followed(_eigenvalues(sections, np.zeros(1), omega[None]), omega)[0]
     gap = np.full((1, value.shape[1]), np.nan)
     return np.tile(np.append(omega, np.nan), value.shape[1]), np.concatenate([value, gap]).T.ravel()
 
 
-def _followed(value: Array, place: Array) -> Array:
+def _followed(value: Complex[np.ndarray, "c p m"], place: Float[AnyArray, " p"]) -> Complex[np.ndarray, "c p m"]:
     """Eigenvalues (c, p, m) in an order that is smooth along the points (p,) of each cell."""
     value = value.copy()
     for k in range(1, value.shape[1]):
@@ -163,7 +181,7 @@ def _followed(value: Array, place: Array) -> Array:
     return value
 
 
-def _matched(expected: Array, found: Array) -> Array:
+def _matched(expected: Complex[np.ndarray, "c m"], found: Complex[np.ndarray, "c m"]) -> Int[np.ndarray, "c m"]:
     """Which of the numbers found, (c, m), is each of those expected, (c, m): the nearest, or those nearest in sum."""
     apart = np.abs(expected[:, :, None] - found[:, None, :])
     index = np.argmin(apart, axis=2)
@@ -173,7 +191,13 @@ def _matched(expected: Array, found: Array) -> Array:
     return index
 
 
-def _resolved(sections: Sections, anchor: Array, middle: Array, half: Array, value: Array) -> Array:
+def _resolved(
+    sections: Sections,
+    anchor: Float[np.ndarray, " c"],
+    middle: Float[np.ndarray, " c"],
+    half: Float[np.ndarray, " c"],
+    value: Complex[np.ndarray, "c points m"],
+) -> Bool[np.ndarray, " c"]:
     """Whether polynomials through the values (c, points, m) are the eigenvalues in cells (c,)."""
     size = np.max(np.abs(value), axis=1)
     allowed = np.maximum(_RESOLVED * size, _NOISE * np.max(size, axis=1, keepdims=True))

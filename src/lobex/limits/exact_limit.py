@@ -4,10 +4,12 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Bool, Float
 
 from lobex import _checks
 from lobex._float64 import in_float64
 from lobex._pytree import pytree
+from lobex._shapes import AnyArray
 from lobex._timing import timed
 from lobex.limits.closed_form import Contacts, Rate, Regeneration, closed_form
 from lobex.limits.d_subdivision import (
@@ -32,8 +34,6 @@ from lobex.results.codes import Kind, Status
 from lobex.results.description import describe
 from lobex.results.limit import Limit
 
-Array = Any
-
 # Rounding of the closed form: the bound that tests hold it to.
 _RELATIVE_ERROR = 1e-12
 _REACH = 3.0
@@ -52,9 +52,9 @@ class ExactLobes:
         minimum: the least limit over all speeds, with its speeds.
     """
 
-    angular_frequency: Array
-    gain: Array
-    speed: Array
+    angular_frequency: Float[AnyArray, " points"]
+    gain: Float[AnyArray, " points"]
+    speed: Float[AnyArray, "lobes points"]
     minimum: ExactMinimum
 
 
@@ -157,14 +157,18 @@ def exact_lobes(process: Process, lobes: int = 10) -> ExactLobes:
     return ExactLobes(omega, curves.gain, curves.speed, exact_minimum(found, lobes))
 
 
-def _hayes(found: Rate, speed: Array) -> tuple[Array, Array, Kind, Array, Array]:
+def _hayes(
+    found: Rate, speed: Float[AnyArray, " speeds"]
+) -> tuple[
+    Float[AnyArray, " speeds"], Float[AnyArray, " speeds"], Kind, Bool[AnyArray, " speeds"], Float[AnyArray, " speeds"]
+]:
     interval = hayes_interval(found.own, speed)
     none = interval.upper * 0.0
     return interval.upper / found.delayed, none, Kind.FOLD, none > 0, interval.lower / found.delayed
 
 
 @in_float64
-def _frequencies(source: Sections | Receptance) -> Array:
+def _frequencies(source: Sections | Receptance) -> Float[AnyArray, " points"]:
     """Frequencies dense at the resonances, up to three times the highest."""
     if isinstance(source, Receptance):
         knots = 2 * np.pi * np.asarray(source.frequency)

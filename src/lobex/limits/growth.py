@@ -2,20 +2,21 @@
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
 
+from lobex._shapes import Number
 from lobex.floquet import dense, iteration, power
 from lobex.floquet.dense import Triple
 from lobex.grids.differentiated import radius
 from lobex.operators.operator import Method
 from lobex.processes.process import Process
 
-Array = Any
 # The operator's matrix as a function of the gain.
-Family = Callable[[Array], Array]
+Family = Callable[[Number], Float[Array, "N N"]]
 
 _NEWTON_STEPS = 10
 # A slope is good for steering Newton's method long before it is exact.
@@ -26,17 +27,17 @@ _DONE = 1e-12
 SQUARINGS = 10
 
 
-def growth(process: Process, method: Method, speed: Array, gain: Array) -> Array:
+def growth(process: Process, method: Method, speed: Number, gain: Number) -> Float[Array, ""]:
     """log max|μ| at one point, below 0 where stable; differentiable by the rule of the dominant multiplier."""
     return jnp.log(radius(process, method, speed, gain))
 
 
 def growth_and_gradient(
-    process: Process, method: Method, speed: Array, gain: Array
-) -> tuple[Array, Array, Array, Array]:
+    process: Process, method: Method, speed: Number, gain: Number
+) -> tuple[Float[Array, ""], Float[Array, ""], Float[Array, ""], Float[Array, ""]]:
     """log max|μ| at one point, its derivatives by speed and by gain, and a residual; without the dense solver."""
 
-    def matrix(speed: Array, gain: Array) -> Array:
+    def matrix(speed: Number, gain: Number) -> Float[Array, "N N"]:
         return method.operator(process.system(speed, gain)).matrix
 
     one, zero = jnp.ones_like(speed), jnp.zeros_like(speed)
@@ -47,7 +48,7 @@ def growth_and_gradient(
     return jnp.log(jnp.abs(triple.value)), by_speed, by_gain, residual
 
 
-def _rate(triple: Triple, change: Array) -> Array:
+def _rate(triple: Triple, change: Float[Array, "N N"]) -> Float[Array, ""]:
     """d log|μ| of a change dU of the operator: Re (wᵀ dU v)/(wᵀ v)/μ."""
     value, right, left = triple
     return ((left @ (change @ right)) / (left @ right) / value).real
@@ -65,20 +66,25 @@ class ZeroGrowth(NamedTuple):
         residual: of these.
     """
 
-    gain: Array
-    growth: Array
-    slope: Array
-    matrix: Array
+    gain: Float[Array, " *lanes"]
+    growth: Float[Array, " *lanes"]
+    slope: Float[Array, " *lanes"]
+    matrix: Float[Array, "*lanes N N"]
     triple: Triple
-    residual: Array
+    residual: Float[Array, " *lanes"]
 
 
 # Steps taken, the ends of the bracket, the next gain, and the best so far.
-_Search = tuple[Array, Array, Array, Array, ZeroGrowth]
+_Search = tuple[int | Int[Array, ""], Float[Array, ""], Float[Array, ""], Float[Array, ""], ZeroGrowth]
 
 
 def find_zero_growth(
-    family: Family, low: Array, high: Array, ends: tuple[Array, Array], squarings: Array, densely: bool = False
+    family: Family,
+    low: Float[Array, ""],
+    high: Float[Array, ""],
+    ends: tuple[Float[Array, ""], Float[Array, ""]],
+    squarings: int | Int[Array, ""],
+    densely: bool = False,
 ) -> ZeroGrowth:
     """The gain in [low, high] at which the growth, of the values ``ends`` there, changes sign.
 
@@ -115,7 +121,7 @@ def find_zero_growth(
         inside = trusted & (newton > low - margin) & (newton < high + margin)
         return count + 1, low, high, jnp.where(inside, newton, (low + high) / 2), best
 
-    def going(state: _Search) -> Array:
+    def going(state: _Search) -> Bool[Array, ""]:
         return (state[0] < _NEWTON_STEPS) & ~(jnp.abs(state[4].growth) < _DONE) & (start * end < 0)
 
     # Regula falsi of the ends is the first guess, kept off the ends themselves.

@@ -1,16 +1,16 @@
 """The exact stability limits of Hayes' equation ẋ(t) = a x(t) + b x(t − τ)."""
 
-from typing import Any, cast
+from typing import cast
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float, Real
 
 from lobex import _checks
 from lobex._float64 import in_float64
 from lobex._pytree import pytree
-
-Array = Any
+from lobex._shapes import AnyArray, ArrayLike
 
 # From its side Newton's method converges monotonically; a double root, at aτ = 1, halves the error a step.
 _STEPS = 40
@@ -26,12 +26,12 @@ class HayesInterval:
         angular_frequency: ω at the lower end, in (0, π/τ), rad/s.
     """
 
-    lower: Array
-    upper: Array
-    angular_frequency: Array
+    lower: Float[AnyArray, " *lanes"]
+    upper: Float[AnyArray, " *lanes"]
+    angular_frequency: Float[AnyArray, " *lanes"]
 
 
-def hayes_interval(a: Array, speed: Array) -> HayesInterval:
+def hayes_interval(a: ArrayLike, speed: ArrayLike) -> HayesInterval:
     """Stable gains of ẋ = a x(t) + b x(t − τ), τ = 1/speed (Hayes, J. London Math. Soc. 25, 1950).
 
     With θ = ωτ in (0, π), aτ = θ cot θ and bτ = −θ/sin θ at the lower end. Differentiable with respect to
@@ -56,14 +56,16 @@ def hayes_interval(a: Array, speed: Array) -> HayesInterval:
 
 @in_float64
 @jax.jit
-def _interval(a: Array, speed: Array) -> tuple[Array, Array, Array]:
+def _interval(
+    a: Real[AnyArray, "..."], speed: Real[AnyArray, "..."]
+) -> tuple[Float[Array, " *lanes"], Float[Array, " *lanes"], Float[Array, " *lanes"]]:
     a, speed = jnp.broadcast_arrays(*(jnp.asarray(v, dtype=jnp.result_type(float)) for v in (a, speed)))
     scaled = a / speed
     exists = scaled < 1
     scaled = cast(Array, jnp.where(exists, scaled, 0.0))
 
     # θ − arg(aτ + jθ): convex and started right of its root for a > 0, concave and started left for a < 0.
-    def improve(theta: Array, scaled: Array) -> Array:
+    def improve(theta: Float[Array, " *lanes"], scaled: Float[Array, " *lanes"]) -> Float[Array, " *lanes"]:
         value = theta - jnp.arctan2(theta, scaled)
         return theta - value / (1 - scaled / (scaled**2 + theta**2))
 

@@ -1,17 +1,17 @@
 """The point of lowest gain on the lobes at one speed, among the stretches of a receptance."""
 
-from typing import Any, NamedTuple, cast
+from typing import NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Int
 
+from lobex._shapes import AnyArray
 from lobex.limits.phase import phase
 from lobex.limits.receptance_curve import ReceptanceCurve
 from lobex.limits.roots import bracketed_root
 from lobex.limits.sections import on_boundary
 from lobex.limits.stretches import Stretches
-
-Array = Any
 
 # Gains within this relative distance are a tie, and roots this close in ω are one root found twice.
 _TIE = 1e-9
@@ -21,14 +21,14 @@ _SAME_ROOT = 1e-6
 class LobePoint(NamedTuple):
     """Where the phase is that of a lobe: row and offset on the curve, lobe number, gain (∞ for none), tie."""
 
-    row: Array
-    offset: Array
-    lobe: Array
-    gain: Array
-    tie: Array
+    row: Int[Array, ""]
+    offset: Float[Array, ""]
+    lobe: Float[Array, ""]
+    gain: Float[Array, ""]
+    tie: Bool[Array, ""]
 
 
-def lowest_lobe_point(curve: ReceptanceCurve, stretches: Stretches, speed: Array) -> LobePoint:
+def lowest_lobe_point(curve: ReceptanceCurve, stretches: Stretches, speed: Float[Array, ""]) -> LobePoint:
     """The point of lowest gain at a scalar speed.
 
     Stretches come in the order of their least gain. Those that hold a point of a lobe, by the phases at their ends and
@@ -56,10 +56,10 @@ def lowest_lobe_point(curve: ReceptanceCurve, stretches: Stretches, speed: Array
     held = (jnp.ceil(least - slack) <= most + slack) & (stretches.gain < jnp.inf)
     index = jnp.arange(held.shape[0])
 
-    def solve(i: Array) -> LobePoint:
+    def solve(i: Int[Array, ""]) -> LobePoint:
         row, first, last = stretches.row[i], stretches.low[i], stretches.high[i]
 
-        def at(offset: Array) -> tuple[Array, Array, Array]:
+        def at(offset: Float[Array, ""]) -> tuple[Float[AnyArray, ""], Float[AnyArray, ""], Float[AnyArray, ""]]:
             return phase(curve, speed, row, offset)
 
         middle = first + jnp.clip(along[i] / length[i], 0.01, 0.99) * length[i]
@@ -76,7 +76,7 @@ def lowest_lobe_point(curve: ReceptanceCurve, stretches: Stretches, speed: Array
         part = (level - start_phase) / jnp.where(stop_phase == start_phase, 1.0, stop_phase - start_phase)
         guess = start + jnp.clip(part, 0.0, 1.0) * (stop - start)
 
-        def miss(offset: Array) -> tuple[Array, Array]:
+        def miss(offset: Float[Array, ""]) -> tuple[Float[AnyArray, ""], Float[AnyArray, ""]]:
             value, slope, _ = at(offset)
             return value - level, slope
 
@@ -87,17 +87,19 @@ def lowest_lobe_point(curve: ReceptanceCurve, stretches: Stretches, speed: Array
         gain = jnp.where(there, _gain(response.real, there), jnp.inf)
         return LobePoint(row, offset, whole[row] + level, gain, jnp.asarray(False))
 
-    def following(i: Array) -> tuple[Array, Array]:
+    def following(i: Int[Array, ""]) -> tuple[Int[Array, ""], Float[Array, ""]]:
         """The next stretch with a point of a lobe, and the least gain it can hold."""
         rest = held & (index > i)
         after = jnp.argmax(rest)
         return after, jnp.where(jnp.any(rest), stretches.gain[after], jnp.inf)
 
-    def promising(state: tuple[Array, Array, LobePoint]) -> Array:
+    def promising(state: tuple[Int[Array, ""], Float[Array, ""], LobePoint]) -> Bool[Array, ""]:
         _, bound, best = state
         return (bound < jnp.inf) & (bound <= best.gain * (1 + _TIE))
 
-    def search(state: tuple[Array, Array, LobePoint]) -> tuple[Array, Array, LobePoint]:
+    def search(
+        state: tuple[Int[Array, ""], Float[Array, ""], LobePoint],
+    ) -> tuple[Int[Array, ""], Float[Array, ""], LobePoint]:
         i, _, best = state
         return *following(i), _better(curve, best, solve(i))
 
@@ -106,7 +108,7 @@ def lowest_lobe_point(curve: ReceptanceCurve, stretches: Stretches, speed: Array
     return jax.lax.while_loop(promising, search, (*following(jnp.asarray(-1)), none))[2]
 
 
-def _gain(real: Array, there: Array) -> Array:
+def _gain(real: Float[AnyArray, ""], there: Bool[Array, ""]) -> Float[AnyArray, ""]:
     safe: Array = cast(Array, jnp.where(there, real, -1.0))
     return on_boundary(safe)
 
@@ -122,7 +124,9 @@ def _better(curve: ReceptanceCurve, best: LobePoint, new: LobePoint) -> LobePoin
     return LobePoint(row, offset, lobe, gain, tie)
 
 
-def _first_level(start: Array, stop: Array, slack: Array) -> tuple[Array, Array]:
+def _first_level(
+    start: Float[Array, ""], stop: Float[Array, ""], slack: Float[Array, ""]
+) -> tuple[Float[Array, ""], Bool[Array, ""]]:
     """The first whole number on the way from one phase to another, and whether there is one."""
     up = stop > start
     level = jnp.where(up, jnp.ceil(start - slack), jnp.floor(start + slack))

@@ -1,11 +1,11 @@
 """What was measured, turned into a receptance, and whether that can be the receptance of a driving point."""
 
 from itertools import product
-from typing import Any
 
 import numpy as np
+from jaxtyping import Inexact, Real
 
-Array = Any
+from lobex._shapes import AnyArray
 
 MEASURED = ("displacement", "velocity", "acceleration")
 _NAME = {"displacement": "receptance", "velocity": "mobility", "acceleration": "accelerance"}
@@ -18,7 +18,9 @@ _SWING = 0.25
 _MIXED, _BESIDE = 0.05, 0.2
 
 
-def as_receptance(frequency: Array, response: Array, measured: str, conjugate: bool) -> Array:
+def as_receptance(
+    frequency: Real[AnyArray, " points"], response: Inexact[AnyArray, " points"], measured: str, conjugate: bool
+) -> Inexact[AnyArray, " points"]:
     """Displacement over force, m/N, for the time dependence e^{jωt}, of what was measured over force."""
     response = response.conj() if conjugate else response
     omega = 2 * np.pi * frequency
@@ -27,7 +29,9 @@ def as_receptance(frequency: Array, response: Array, measured: str, conjugate: b
     return -response / omega**2 if measured == "acceleration" else response
 
 
-def suspicion(frequency: np.ndarray, response: np.ndarray, measured: str, conjugate: bool) -> str | None:
+def suspicion(
+    frequency: Real[AnyArray, " points"], response: Inexact[AnyArray, " points"], measured: str, conjugate: bool
+) -> str | None:
     """Why samples, taken for what they are said to be, are no driving point, and the arguments with which they are."""
     found = _oddity(as_receptance(frequency, response, measured, conjugate))
     if found is None:
@@ -46,7 +50,7 @@ def suspicion(frequency: np.ndarray, response: np.ndarray, measured: str, conjug
     )
 
 
-def _oddity(receptance: np.ndarray) -> str | None:
+def _oddity(receptance: Inexact[AnyArray, " points"]) -> str | None:
     """What a driving point cannot have: it takes in energy, Im G ≤ 0, and Re G falls through a resonance."""
     real, imaginary = np.real(receptance), np.imag(receptance)
     if not np.any(imaginary):

@@ -1,15 +1,13 @@
 """The receptance of modes along the frequency axis, and the grid that shows all of its features."""
 
-from typing import Any
-
 import jax
 import numpy as np
+from jaxtyping import Bool, Complex, Float, Int
 
 from lobex._namespace import namespace
+from lobex._shapes import AnyArray
 from lobex.limits.receptance_curve import clustered
 from lobex.limits.sections import Sections, modal_response
-
-Array = Any
 
 # Grid of a mode: points on either side of it, and up to what multiple of the highest frequency they go.
 _POINTS = 32
@@ -32,13 +30,14 @@ class ModalCurve:
         self.undamped = damping_ratio < floor
         raised = _still(lib.maximum(damping_ratio, floor) - damping_ratio)
         self.anchor = angular_frequency[order]
-        weight, rate = (None if part is None else lib.asarray(part)[order] for part in (sections.weight, sections.rate))
+        weight = lib.asarray(sections.weight)[order]
+        rate = None if sections.rate is None else lib.asarray(sections.rate)[order]
         self.sections = Sections(self.anchor, damping_ratio + raised, weight, rate)
         self.open_ended = True
         # Of Re G, its slope and the bend of arg G: degrees in ω² of their numerators, which are at most 4n.
         self.most_breaks = 4 * len(self.anchor)
 
-    def grid(self) -> tuple[Array, Array]:
+    def grid(self) -> tuple[Int[AnyArray, " points"], Float[AnyArray, " points"]]:
         lib = namespace(self.sections)
         anchor, width = self.anchor, self.anchor * self.sections.damping_ratio
         apart = lib.abs(anchor[:, None] - anchor)
@@ -55,18 +54,24 @@ class ModalCurve:
         offset = lib.concatenate([-left[:, ::-1], lib.zeros((len(anchor), 1), anchor.dtype), right], axis=1)
         return lib.repeat(lib.arange(len(anchor)), offset.shape[1]), offset.ravel()
 
-    def at(self, row: Array, offset: Array) -> tuple[Array, Array, Array]:
+    def at(
+        self, row: Int[AnyArray, " *points"], offset: Float[AnyArray, " *points"]
+    ) -> tuple[Complex[AnyArray, " *points"], Complex[AnyArray, " *points"], Complex[AnyArray, " *points"]]:
         anchor = self.anchor[row]
         return modal_response(self.sections, self._distance(row, offset), anchor + offset)
 
-    def undamped_at(self, row: Array, offset: Array) -> Array:
+    def undamped_at(
+        self, row: Int[AnyArray, " *points"], offset: Float[AnyArray, " *points"]
+    ) -> Bool[AnyArray, " *points"]:
         lib = namespace(self.sections, row, offset)
         close = lib.abs(self._distance(row, offset)) <= lib.finfo(self.anchor.dtype).eps ** 1.5 * self.anchor
         return lib.any(close & self.undamped, axis=-1)
 
-    def _distance(self, row: Array, offset: Array) -> Array:
+    def _distance(
+        self, row: Int[AnyArray, " *points"], offset: Float[AnyArray, " *points"]
+    ) -> Float[AnyArray, "*points n"]:
         return (self.anchor - self.anchor[row][..., None]) - offset[..., None]
 
 
-def _still(value: Array) -> Array:
+def _still(value: Float[AnyArray, " n"]) -> Float[AnyArray, " n"]:
     return value if namespace(value) is np else jax.lax.stop_gradient(value)

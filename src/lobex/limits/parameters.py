@@ -5,8 +5,6 @@ from typing import Any
 import jax
 import numpy as np
 
-Array = Any
-
 
 def number_names(tree: Any) -> tuple[str, ...]:
     """Names of all numbers of a pytree, in the order of ``number_values``, such as "modes.damping_ratio[0]"."""

@@ -1,33 +1,37 @@
 """The phase of the delay and of a receptance, in turns: at a whole number a lobe of that number passes."""
 
-from typing import Any
-
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Complex, Float, Int
 
 from lobex._namespace import namespace
+from lobex._shapes import AnyArray, Number
 from lobex.limits.receptance_curve import ReceptanceCurve
 
-Array = Any
 
-
-def half_turns(response: Array) -> Array:
+def half_turns(response: Complex[AnyArray, " *points"]) -> Float[AnyArray, " *points"]:
     """−arg G/π − 1/2, with arg G in (−2π, 0]: continuous where Re G < 0, for Im G of either sign."""
     lib = namespace(response)
     return lib.mod(lib.arctan2(-response.imag, response.real), 2 * lib.pi) / lib.pi - 0.5
 
 
-def half_turn_rate(response: Array, slope: Array) -> Array:
+def half_turn_rate(
+    response: Complex[AnyArray, " *points"], slope: Complex[AnyArray, " *points"]
+) -> Float[AnyArray, " *points"]:
     """Derivative of ``half_turns`` by ω."""
     return -(slope / response).imag / jnp.pi
 
 
-def half_turn_bend(response: Array, slope: Array, bend: Array) -> Array:
+def half_turn_bend(
+    response: Complex[AnyArray, " *points"], slope: Complex[AnyArray, " *points"], bend: Complex[AnyArray, " *points"]
+) -> Float[AnyArray, " *points"]:
     """Second derivative of ``half_turns`` by ω."""
     return -(bend / response - (slope / response) ** 2).imag / jnp.pi
 
 
-def phase(curve: ReceptanceCurve, speed: Array, row: Array, offset: Array) -> tuple[Array, Array, Array]:
+def phase(
+    curve: ReceptanceCurve, speed: Number, row: Int[AnyArray, ""], offset: Float[Array, ""]
+) -> tuple[Float[AnyArray, ""], Float[AnyArray, ""], Float[AnyArray, ""]]:
     """(ωτ − 2 arg G)/2π − 1/2, a lobe number where one passes, less the whole turns at the row's anchor; ′ and ″."""
     rate = 1 / (2 * jnp.pi * speed)
     response, slope, bend = curve.at(row, offset)

@@ -4,16 +4,16 @@ from dataclasses import InitVar
 from typing import Any
 
 import numpy as np
+from jaxtyping import Bool, Complex, Float, Inexact, Int, Real
 
 from lobex import _checks
 from lobex._namespace import namespace
 from lobex._pytree import pytree
+from lobex._shapes import AnyArray, ArrayLike
 from lobex._warnings import warn
 from lobex.limits.measurement import MEASURED, as_receptance, suspicion
 from lobex.limits.sections import Sections, modal_response, sections_of
 from lobex.structures.modes import Modes
-
-Array = Any
 
 # Samples that the slope of a measured curve is taken from, and parts that each of its intervals is searched in.
 _NEIGHBOURS = 5
@@ -51,8 +51,8 @@ class Receptance:
             with which they can.
     """
 
-    frequency: Array
-    response: Array
+    frequency: Real[AnyArray, " points"]
+    response: Inexact[AnyArray, " points"]
     measured: InitVar[str] = "displacement"
     conjugate: InitVar[bool] = False
 
@@ -87,7 +87,7 @@ class Receptance:
         object.__setattr__(self, "response", as_receptance(frequency, response, measured, conjugate))
 
 
-def receptance(source: Modes | Sections | Receptance, omega: Array) -> Array:
+def receptance(source: Modes | Sections | Receptance, omega: ArrayLike) -> complex | Complex[AnyArray, "..."]:
     """G(ω) = Σ φᵢψᵢ/(ωᵢ² − ω² + 2jξᵢωᵢω) at the contact, complex, m/N.
 
     Args:
@@ -98,15 +98,15 @@ def receptance(source: Modes | Sections | Receptance, omega: Array) -> Array:
         Array of the shape of ``omega``; NaN outside the band of a measurement.
     """
     lib = namespace(source, omega)
-    omega = lib.asarray(omega, dtype=lib.result_type(float))
+    at = lib.asarray(omega, dtype=lib.result_type(float))
     with np.errstate(divide="ignore", invalid="ignore"):
         if not isinstance(source, Receptance):
             sections = sections_of(source) if isinstance(source, Modes) else source
-            return modal_response(sections, lib.asarray(sections.angular_frequency) - omega[..., None], omega)[0]
+            return modal_response(sections, lib.asarray(sections.angular_frequency) - at[..., None], at)[0]
         curve = SampledCurve(source)
-        row = lib.clip(lib.searchsorted(curve.anchor, omega, side="right") - 1, 0, curve.rows - 1)
-        inside = (omega >= curve.anchor[0]) & (omega <= curve.knot[-1])
-        return lib.where(inside, curve.at(row, omega - curve.anchor[row])[0], lib.nan)
+        row = lib.clip(lib.searchsorted(curve.anchor, at, side="right") - 1, 0, curve.rows - 1)
+        inside = (at >= curve.anchor[0]) & (at <= curve.knot[-1])
+        return lib.where(inside, curve.at(row, at - curve.anchor[row])[0], lib.nan)
 
 
 class SampledCurve:
@@ -129,22 +129,26 @@ class SampledCurve:
         self.open_ended = False
         self.most_breaks = None
 
-    def grid(self) -> tuple[Array, Array]:
+    def grid(self) -> tuple[Int[AnyArray, " points"], Float[AnyArray, " points"]]:
         lib = namespace(self.knot)
         offset = self.step[:, None] * (lib.arange(_PARTS + 1) / _PARTS)
         return lib.repeat(lib.arange(self.rows), _PARTS + 1), offset.ravel()
 
-    def at(self, row: Array, offset: Array) -> tuple[Array, Array, Array]:
+    def at(
+        self, row: Int[AnyArray, " *points"], offset: Float[AnyArray, " *points"]
+    ) -> tuple[Complex[AnyArray, " *points"], Complex[AnyArray, " *points"], Complex[AnyArray, " *points"]]:
         c0, c1, c2, c3 = (c[row] for c in self.coefficients)
         inverse = 1 / (c0 + offset * (c1 + offset * (c2 + offset * c3)))
         ratio = (c1 + offset * (2 * c2 + offset * 3 * c3)) * inverse
         return inverse, -inverse * ratio, inverse * (2 * ratio**2 - (2 * c2 + 6 * offset * c3) * inverse)
 
-    def undamped_at(self, row: Array, offset: Array) -> Array:
+    def undamped_at(
+        self, row: Int[AnyArray, " *points"], offset: Float[AnyArray, " *points"]
+    ) -> Bool[AnyArray, " *points"]:
         return namespace(offset).zeros(np.shape(offset), dtype=bool)
 
 
-def _slopes(knot: Array, value: Array) -> Array:
+def _slopes(knot: Real[AnyArray, " points"], value: Complex[AnyArray, " points"]) -> Complex[AnyArray, " points"]:
     """Derivative at each knot of the polynomial through the (at most five) samples around it, (n,)."""
     lib = namespace(knot, value)
     count = knot.shape[0]
@@ -177,7 +181,7 @@ def _in_complex(response: Any) -> np.ndarray:
     return values[:, 0] + 1j * values[:, 1] if columns else values
 
 
-def _check_response(values: np.ndarray) -> None:
+def _check_response(values: Inexact[AnyArray, " points"]) -> None:
     if not np.all(np.isfinite(values)):
         raise ValueError("response has NaN or infinite values; give finite numbers in m/N")
     if np.any(values == 0):

@@ -1,26 +1,26 @@
 """Roots of many functions at once, each within a bracket."""
 
 from collections.abc import Callable
-from typing import Any
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Bool, Float, Real
 
-Array = Any
+from lobex._shapes import AnyArray, Number
 
 # Newton takes about five, bisection alone the digits of the number format.
 _MOST_STEPS = 80
 
 
 def bracketed_root(
-    function: Callable[[Array], tuple[Array, Array]],
-    first: Array,
-    last: Array,
-    rising: Array,
-    start: Array,
-    tolerance: Array,
-    wanted: Array = True,
-) -> Array:
+    function: Callable[[Float[Array, ""]], tuple[Float[AnyArray, ""], Float[AnyArray, ""]]],
+    first: Float[Array, ""],
+    last: Float[Array, ""],
+    rising: bool | Bool[Array, ""],
+    start: Float[Array, ""],
+    tolerance: Number,
+    wanted: bool | Bool[Array, ""] = True,
+) -> Float[Array, ""]:
     """A zero of a function between ``first`` and ``last``, by Newton steps, bisecting where one leaves the bracket.
 
     Ends as soon as all members of a batch have converged, and after 80 steps at the latest.
@@ -35,10 +35,10 @@ def bracketed_root(
         wanted: False to do no work and return ``start``.
     """
 
-    def unfinished(state: tuple[Array, ...]) -> Array:
+    def unfinished(state: tuple[Real[Array, ""], ...]) -> Bool[Array, ""]:
         return state[0] < _MOST_STEPS
 
-    def improve(state: tuple[Array, ...]) -> tuple[Array, ...]:
+    def improve(state: tuple[Real[Array, ""], ...]) -> tuple[Real[Array, ""], ...]:
         count, first, last, x = state
         value, slope = function(x)
         beyond = (value > 0) == rising

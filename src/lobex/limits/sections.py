@@ -1,16 +1,14 @@
 """The receptance of a structure as a sum of second-order sections, and its derivatives by frequency."""
 
-from typing import Any
-
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Complex, Float
 
 from lobex._namespace import namespace
 from lobex._pytree import pytree
+from lobex._shapes import AnyArray
 from lobex.structures.modes import Modes
-
-Array = Any
 
 
 @pytree()
@@ -24,10 +22,10 @@ class Sections:
         rate: α, as many, s/kg; None where no velocity is seen.
     """
 
-    angular_frequency: Array
-    damping_ratio: Array
-    weight: Array
-    rate: Array | None = None
+    angular_frequency: Float[AnyArray, " n"]
+    damping_ratio: Float[AnyArray, " n"]
+    weight: Float[AnyArray, " n *contacts"]
+    rate: Float[AnyArray, " n *contacts"] | None = None
 
 
 def sections_of(modes: Modes) -> Sections:
@@ -38,12 +36,14 @@ def sections_of(modes: Modes) -> Sections:
     return Sections(modes.angular_frequency, modes.damping_ratio, shape * loading)
 
 
-def on_boundary(value: Array) -> Array:
+def on_boundary(value: Float[AnyArray, " *points"]) -> Float[AnyArray, " *points"]:
     """K = −1/(2 Re G) of a root on the imaginary axis, of Re G; and Re G of K."""
     return -0.5 / value
 
 
-def modal_response(sections: Sections, distance: Array, omega: Array) -> tuple[Array, Array, Array]:
+def modal_response(
+    sections: Sections, distance: Float[AnyArray, "*points n"], omega: Float[AnyArray, " *points"]
+) -> tuple[Complex[AnyArray, "..."], Complex[AnyArray, "..."], Complex[AnyArray, "..."]]:
     """G, G′ and G″ at ω, shape (…,) or (…, m, m), where ``distance`` is ωᵢ − ω, shape (…, n)."""
     lib = namespace(sections, distance, omega)
     angular_frequency, weight = map(lib.asarray, (sections.angular_frequency, sections.weight))
@@ -64,7 +64,9 @@ def modal_response(sections: Sections, distance: Array, omega: Array) -> tuple[A
     return response, slope, bend
 
 
-def _of_contacts(sections: Sections, terms: tuple[Array, ...], omega: Array) -> tuple[Array, Array, Array]:
+def _of_contacts(
+    sections: Sections, terms: tuple[Complex[AnyArray, "*points n"], ...], omega: Float[AnyArray, "*points 1"]
+) -> tuple[Complex[AnyArray, "*points m m"], Complex[AnyArray, "*points m m"], Complex[AnyArray, "*points m m"]]:
     """As ``modal_response``, from 1/D and its derivatives, where weights are matrices."""
     lib = namespace(sections, terms)
     response, slope, bend = (lib.tensordot(term, sections.weight, 1) for term in terms)
@@ -75,7 +77,7 @@ def _of_contacts(sections: Sections, terms: tuple[Array, ...], omega: Array) -> 
     return response + more[0], slope + more[1], bend + more[2]
 
 
-def from_parts(real: Array, imaginary: Array) -> Array:
+def from_parts(real: Float[AnyArray, "..."], imaginary: Float[AnyArray, "..."]) -> Complex[AnyArray, "..."]:
     """A complex number from its parts, which broadcast."""
     if namespace(real, imaginary) is np:
         return real + 1j * imaginary

@@ -7,10 +7,12 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float, Int
 
 from lobex import _checks
 from lobex._batches import in_batches, over_few, together
 from lobex._float64 import at_once, widened
+from lobex._shapes import AnyArray, Number
 from lobex.grids.choice import AUTO, AnyMethod, operator_of
 from lobex.limits.critical import critical_gain
 from lobex.limits.exact_limit import exact_limit
@@ -22,7 +24,6 @@ from lobex.results.limit import Limit
 from lobex.results.rebuild import rebuild
 from lobex.results.sensitivities import Sensitivities
 
-Array = Any
 Builder = Callable[[Any], Process]
 
 _CLOSED_FORM = "DSubdivision"
@@ -130,8 +131,10 @@ def _itself(process: Any) -> Any:
 
 
 @partial(jax.jit, static_argnums=0)
-def _closed_form(build: Builder, parameters: Any, count: Array, speed: Array) -> Array:
-    def gain(parameters: Any, speed: Array) -> Array:
+def _closed_form(
+    build: Builder, parameters: Any, count: Int[Array, ""], speed: Float[AnyArray, " speeds"]
+) -> Float[Array, "speeds parameters"]:
+    def gain(parameters: Any, speed: Number) -> Float[Array, ""]:
         return exact_limit(build(parameters), speed).gain[0]
 
     by_all = jax.vmap(jax.grad(gain, argnums=(0, 1)), in_axes=(None, 0))
@@ -139,18 +142,25 @@ def _closed_form(build: Builder, parameters: Any, count: Array, speed: Array) ->
 
 
 @partial(jax.jit, static_argnums=0)
-def _by_growth(build: Builder, parameters: Any, method: Method, count: Array, speed: Array, gain: Array) -> Array:
-    def value(parameters: Any, speed: Array, gain: Array) -> Array:
+def _by_growth(
+    build: Builder,
+    parameters: Any,
+    method: Method,
+    count: Int[Array, ""],
+    speed: Float[AnyArray, " speeds"],
+    gain: Float[AnyArray, " speeds"],
+) -> Float[Array, "speeds parameters"]:
+    def value(parameters: Any, speed: Number, gain: Number) -> Float[Array, ""]:
         return growth(build(parameters), method, speed, gain)
 
-    def point(speed: Array, gain: Array) -> tuple[Any, Array, Array]:
+    def point(speed: Number, gain: Number) -> tuple[Any, Array, Array]:
         return jax.grad(value, argnums=(0, 1, 2))(parameters, speed, gain)
 
     *others, by_gain = over_few(point, together(len(speed), _TOGETHER), count, speed, gain)
     return -_in_rows(others) / by_gain[:, None]
 
 
-def _in_rows(gradients: Any) -> Array:
+def _in_rows(gradients: Any) -> Float[Array, "speeds parameters"]:
     """Gradients per point, their numbers in one row each, (n, p)."""
     leaves = jax.tree.leaves(gradients)
     return jnp.concatenate([leaf.reshape(leaf.shape[0], -1) for leaf in leaves], axis=1)

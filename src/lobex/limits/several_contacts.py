@@ -4,14 +4,14 @@ from typing import Any, NamedTuple
 
 import jax
 import numpy as np
+from jaxtyping import Bool, Complex, Float, Int
 
 from lobex import _checks
 from lobex._namespace import namespace
+from lobex._shapes import AnyArray, Numbers
 from lobex.limits.eigenvalue_branches import EigenvalueBranches, eigenvalue_branches
 from lobex.limits.phase import half_turn_rate, half_turns
 from lobex.limits.sections import Sections, modal_response, on_boundary
-
-Array = Any
 
 _STEPS = 3
 # Of the frequency, how far a branch may be from what it stands for.
@@ -27,19 +27,25 @@ class Branched(NamedTuple):
     stiffness: float = 1.0
 
 
-def branched(sections: Sections, speed: Array) -> tuple[Branched, Array]:
+def branched(sections: Sections, speed: Numbers) -> tuple[Branched, Float[np.ndarray, " *lanes"]]:
     """The eigenvalues of a receptance, and the speeds, Hz, up to which they serve, as the numbers that they are.
 
     Raises:
         ValueError: where JAX does not know these, as within ``jit`` and ``vmap``.
     """
-    sections, speed = _numbers((sections, speed))
-    return Branched(eigenvalue_branches(sections, 2 * np.pi * np.max(speed, initial=0.0))), speed
+    known, still = _numbers((sections, speed))
+    return Branched(eigenvalue_branches(known, 2 * np.pi * np.max(still, initial=0.0))), still
 
 
 def settled(
-    sections: Sections, speed: Array, still: Array, gain: Array, omega: Array, lobe: Array, tie: Array
-) -> tuple[Array, Array, Array, Array]:
+    sections: Sections,
+    speed: Numbers,
+    still: Float[np.ndarray, " *lanes"],
+    gain: Float[AnyArray, " *lanes"],
+    omega: Float[AnyArray, " *lanes"],
+    lobe: Int[AnyArray, " *lanes"],
+    tie: Bool[AnyArray, " *lanes"],
+) -> tuple[Float[AnyArray, " *lanes"], Float[AnyArray, " *lanes"], Int[AnyArray, " *lanes"], Bool[AnyArray, " *lanes"]]:
     """Gain, ω, lobe and tie from those of the branches: to rounding, and with their first derivative.
 
     With the vectors of an eigenvalue λ, xᵀ y = 1, it is xᵀ G y, and so is its derivative.
@@ -67,15 +73,25 @@ def settled(
 
 
 def _on_the_boundary(
-    sections: Sections, speed: Array, left: Array, right: Array, omega: Array, lobe: Array
-) -> tuple[Array, Array]:
+    sections: Sections,
+    speed: Numbers,
+    left: Complex[AnyArray, "*lanes m"],
+    right: Complex[AnyArray, "*lanes m"],
+    omega: Float[AnyArray, " *lanes"],
+    lobe: Int[AnyArray, " *lanes"],
+) -> tuple[Float[AnyArray, " *lanes"], Float[AnyArray, " *lanes"]]:
     return on_boundary(_missed(sections, left, right, speed, omega, lobe)[0].real), omega
 
 
 @jax.jit
 def _carried(
-    sections: Sections, speed: Array, left: Array, right: Array, omega: Array, lobe: Array
-) -> tuple[Array, Array]:
+    sections: Sections,
+    speed: Numbers,
+    left: Complex[AnyArray, "*lanes m"],
+    right: Complex[AnyArray, "*lanes m"],
+    omega: Float[AnyArray, " *lanes"],
+    lobe: Int[AnyArray, " *lanes"],
+) -> tuple[Float[AnyArray, " *lanes"], Float[AnyArray, " *lanes"]]:
     """As above, with derivatives: a step of Newton's method from the root carries them."""
     _, miss, rate = _missed(sections, left, right, speed, omega, lobe)
     omega = omega - (miss - jax.lax.stop_gradient(miss)) / rate
@@ -98,7 +114,9 @@ def _numbers(tree: Any) -> Any:
     return jax.tree.map(one, tree)
 
 
-def _vectors(sections: Sections, omega: Array, expected: Array) -> tuple[Array, Array, Array]:
+def _vectors(
+    sections: Sections, omega: Float[AnyArray, " *lanes"], expected: Complex[AnyArray, " *lanes"]
+) -> tuple[Complex[np.ndarray, "*lanes m"], Complex[np.ndarray, "*lanes m"], Bool[np.ndarray, " *lanes"]]:
     """Of the eigenvalue nearest to the one expected at ω, (…), the vectors x and y, and whether it has a double."""
     values, vectors = np.linalg.eig(_responses(sections, omega)[0])
     nearest = np.argmin(np.abs(values - expected[..., None]), axis=-1)[..., None]
@@ -109,8 +127,13 @@ def _vectors(sections: Sections, omega: Array, expected: Array) -> tuple[Array, 
 
 
 def _missed(
-    sections: Sections, left: Array, right: Array, speed: Array, omega: Array, lobe: Array
-) -> tuple[Array, Array, Array]:
+    sections: Sections,
+    left: Complex[AnyArray, "*lanes m"],
+    right: Complex[AnyArray, "*lanes m"],
+    speed: Numbers,
+    omega: Float[AnyArray, " *lanes"],
+    lobe: Int[AnyArray, " *lanes"],
+) -> tuple[Complex[AnyArray, " *lanes"], Float[AnyArray, " *lanes"], Float[AnyArray, " *lanes"]]:
     """λ at ω, by how many turns the phase misses that of the lobe, and the derivative of that by ω."""
     lib = namespace(sections, omega)
     response, slope = (lib.einsum("...i,...ij,...j", left, part, right) for part in _responses(sections, omega)[:2])
@@ -118,6 +141,8 @@ def _missed(
     return response, (omega * rate - lobe) + half_turns(response), rate + half_turn_rate(response, slope)
 
 
-def _responses(sections: Sections, omega: Array) -> tuple[Array, Array, Array]:
+def _responses(
+    sections: Sections, omega: Float[AnyArray, " *lanes"]
+) -> tuple[Complex[AnyArray, "*lanes m m"], Complex[AnyArray, "*lanes m m"], Complex[AnyArray, "*lanes m m"]]:
     lib = namespace(sections, omega)
     return modal_response(sections, lib.asarray(sections.angular_frequency) - omega[..., None], omega)

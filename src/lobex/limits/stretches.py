@@ -1,16 +1,16 @@
 """Stretches of the frequency axis that hold at most one candidate for the limit each, whatever the speed."""
 
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Complex, Float, Int
 
+from lobex._shapes import AnyArray
 from lobex.limits.phase import half_turn_bend, half_turn_rate, half_turns
 from lobex.limits.receptance_curve import ReceptanceCurve, clustered
 from lobex.limits.sections import on_boundary
-
-Array = Any
 
 _HALVINGS = 52
 # Points on either side of a zero of Re G, where arg G may turn as fast as at a resonance.
@@ -29,14 +29,14 @@ class Stretches(NamedTuple):
         gain: −1/(2 Re G) at the end of lower gain, (c,), N/m; infinite for a stretch that is none.
     """
 
-    row: Array
-    low: Array
-    high: Array
-    low_turns: Array
-    high_turns: Array
-    low_rate: Array
-    high_rate: Array
-    gain: Array
+    row: Int[Array, " stretches"]
+    low: Float[Array, " stretches"]
+    high: Float[Array, " stretches"]
+    low_turns: Float[Array, " stretches"]
+    high_turns: Float[Array, " stretches"]
+    low_rate: Float[Array, " stretches"]
+    high_rate: Float[Array, " stretches"]
+    gain: Float[Array, " stretches"]
 
 
 def stretches(curve: ReceptanceCurve) -> Stretches:
@@ -57,7 +57,7 @@ def stretches(curve: ReceptanceCurve) -> Stretches:
     return _ordered(curve, row, offset)
 
 
-def _ordered(curve: ReceptanceCurve, row: Array, offset: Array) -> Stretches:
+def _ordered(curve: ReceptanceCurve, row: Int[AnyArray, " points"], offset: Float[AnyArray, " points"]) -> Stretches:
     response, slope, _ = curve.at(row, offset)
     middle, _, _ = curve.at(row[1:], (offset[1:] + offset[:-1]) / 2)
     present = (row[1:] == row[:-1]) & (offset[1:] > offset[:-1]) & (middle.real < 0)
@@ -80,15 +80,23 @@ def _ordered(curve: ReceptanceCurve, row: Array, offset: Array) -> Stretches:
 
 
 def _zeros(
-    curve: ReceptanceCurve, row: Array, offset: Array, function: Callable[[Array, Array, Array], Array]
-) -> tuple[Array, Array, Array]:
+    curve: ReceptanceCurve,
+    row: Int[AnyArray, " points"],
+    offset: Float[AnyArray, " points"],
+    function: Callable[
+        [Complex[AnyArray, " points"], Complex[AnyArray, " points"], Complex[AnyArray, " points"]],
+        Float[AnyArray, " points"],
+    ],
+) -> tuple[Int[AnyArray, " zeros"], Float[AnyArray, " zeros"], Float[AnyArray, " zeros"]]:
     """Row, offset and interval width of the zeros of a function of (G, G′, G″); repeats of a grid point for none."""
     sign = jnp.sign(function(*curve.at(row, offset)))
     change = (sign[1:] * sign[:-1] < 0) & (row[1:] == row[:-1])
     where = jnp.flatnonzero(change, size=curve.most_breaks or change.shape[0], fill_value=0)
     there, left, right, sign = row[where], offset[where], offset[where + 1], sign[where]
 
-    def halve(_: int, ends: tuple[Array, Array]) -> tuple[Array, Array]:
+    def halve(
+        _: Int[Array, ""], ends: tuple[Float[Array, " zeros"], Float[Array, " zeros"]]
+    ) -> tuple[Float[Array, " zeros"], Float[Array, " zeros"]]:
         a, b = ends
         middle = (a + b) / 2
         before = jnp.sign(function(*curve.at(there, middle))) == sign
@@ -96,18 +104,24 @@ def _zeros(
 
     a, _ = jax.lax.fori_loop(0, _HALVINGS, halve, (left, right))
     found = change[where]
-    return there, jnp.where(found, a, left), jnp.where(found, right - left, 0.0)
+    return there, cast(Array, jnp.where(found, a, left)), jnp.where(found, right - left, 0.0)
 
 
-def _merged(*points: tuple[Array, Array]) -> tuple[Array, Array]:
+def _merged(
+    *points: tuple[Int[AnyArray, " _"], Float[AnyArray, " _"]],
+) -> tuple[Int[AnyArray, " points"], Float[AnyArray, " points"]]:
     row, offset = (jnp.concatenate(parts) for parts in zip(*points, strict=True))
     order = jnp.lexsort((offset, row))
     return row[order], offset[order]
 
 
-def _real_part(response: Array, slope: Array, bend: Array) -> Array:
+def _real_part(
+    response: Complex[AnyArray, " points"], slope: Complex[AnyArray, " points"], bend: Complex[AnyArray, " points"]
+) -> Float[AnyArray, " points"]:
     return response.real
 
 
-def _real_slope(response: Array, slope: Array, bend: Array) -> Array:
+def _real_slope(
+    response: Complex[AnyArray, " points"], slope: Complex[AnyArray, " points"], bend: Complex[AnyArray, " points"]
+) -> Float[AnyArray, " points"]:
     return slope.real

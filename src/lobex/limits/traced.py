@@ -1,13 +1,15 @@
 """The critical gain under ``jit``, ``grad`` and ``vmap``: the lowest limit in pure JAX, with its derivative."""
 
 from functools import partial
-from typing import Any
+from typing import Any, cast
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float, Int, Real
 
 from lobex._float64 import in_float64
+from lobex._shapes import AnyArray, Number
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.floquet import power
 from lobex.grids.choice import AnyMethod, Auto, operator_of
@@ -21,9 +23,8 @@ from lobex.results.codes import Kind, Status
 from lobex.results.description import describe
 from lobex.results.limit import Limit
 
-Array = Any
 # Gain, chatter frequency, kind and status of every speed.
-_Parts = tuple[Array, Array, Array, Array]
+_Parts = tuple[Float[AnyArray, " lanes"], Float[AnyArray, " lanes"], Int[AnyArray, " lanes"], Int[AnyArray, " lanes"]]
 
 # Of the scan, where only the sign counts.
 _SCAN_SQUARINGS = 16
@@ -65,7 +66,7 @@ def traced_critical_gain(process: Process, speed: Any, gains: np.ndarray, method
     )
 
 
-def _by_subdivision(source: Regeneration, speeds: Array, lowest: float, highest: float) -> _Parts:
+def _by_subdivision(source: Regeneration, speeds: Real[AnyArray, " lanes"], lowest: float, highest: float) -> _Parts:
     found = exact_critical(source, speeds, lowest if lowest > 0 else None)
     within = found.gain <= highest
     status = jnp.where(within, jnp.where(found.tie, Status.TIE, Status.FOUND), Status.NONE_IN_RANGE)
@@ -76,10 +77,12 @@ def _by_subdivision(source: Regeneration, speeds: Array, lowest: float, highest:
 
 
 @in_float64
-def _by_operator(process: Process, speeds: Array, gains: np.ndarray, method: Method) -> _Parts:
+def _by_operator(process: Process, speeds: Real[AnyArray, " lanes"], gains: np.ndarray, method: Method) -> _Parts:
     fixed = jax.lax.stop_gradient((process, speeds))
 
-    def search(speed: Array) -> tuple[Array, Array, Array, Array, Array]:
+    def search(
+        speed: Number,
+    ) -> tuple[Float[Array, ""], Int[Array, ""], Float[Array, ""], Int[Array, ""], Float[Array, ""]]:
         _, family = operator_family(fixed[0], method, speed, jnp.asarray(gains[0]))
         values = jax.vmap(lambda g: _growth_of(family(g)))(jnp.asarray(gains))
         unstable = values >= 0
@@ -99,7 +102,7 @@ def _by_operator(process: Process, speeds: Array, gains: np.ndarray, method: Met
                 jnp.where(bracketed | jnp.isnan(values).any(), Status.NOT_CONVERGED, Status.NONE_IN_RANGE),
             ),
         )
-        gain: Array = jnp.where(good, change.gain, jnp.nan)
+        gain = cast(Array, jnp.where(good, change.gain, jnp.nan))
         label = label_densely(fixed[0], method, speed, jnp.nan_to_num(gain, nan=gains[0]))
         status = jnp.where(good & (jnp.log(label.rival) > -TIE), Status.TIE, status)
         frequency = jnp.where(good, label.frequency, jnp.nan)
@@ -113,6 +116,6 @@ def _by_operator(process: Process, speeds: Array, gains: np.ndarray, method: Met
     return gain, frequency, kind, status
 
 
-def _growth_of(matrix: Array) -> Array:
+def _growth_of(matrix: Float[Array, "N N"]) -> Float[Array, ""]:
     pair = power.pair_by_squaring(matrix, jnp.asarray(_SCAN_SQUARINGS))
     return jnp.log(jnp.sum(pair.value**2)) / 2

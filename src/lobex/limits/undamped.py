@@ -7,20 +7,18 @@ limit is that of the next lobe; just above, the contact feeds it, and the limit 
 defined, and at this very speed close to the one below.
 """
 
-from typing import Any
-
 import numpy as np
+from jaxtyping import Bool, Real
 
 from lobex._namespace import namespace
+from lobex._shapes import AnyArray
 from lobex.limits.sections import Sections
-
-Array = Any
 
 # Rounding of a number of waves, in units of the last place.
 _ROUNDING = 8
 
 
-def undefined(sections: Sections, speed: Array) -> Array:
+def undefined(sections: Sections, speed: Real[AnyArray, " *lanes"]) -> Bool[AnyArray, " *lanes"]:
     """Whether a mode that the contact sees has no damping and turns through whole waves per revolution, (n,).
 
     Args:
