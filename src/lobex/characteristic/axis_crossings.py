@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Complex, Float, Int
 
 from lobex.characteristic.chunks import in_chunks
 from lobex.characteristic.function import Contact, loop
@@ -15,8 +16,6 @@ from lobex.characteristic.method import contacts
 from lobex.characteristic.nyquist import AxisPlaces, axis_places
 from lobex.characteristic.open_loop import Open, weighted
 from lobex.processes.process import Process
-
-Array = Any
 
 _LAST_STEPS = 3
 _BESIDE_AXIS = 1e-9
@@ -57,7 +56,7 @@ def axis_crossings(process: Process, speeds: np.ndarray, lowest: float, highest:
     if not len(number):
         nothing, none = np.zeros(len(speeds), dtype=int), np.zeros(0)
         return AxisCrossings(nothing, nothing > 0, none.astype(int), none, none, none, none, none)
-    place: Array = np.linalg.eigvals(structure.drift) * structure.delay[:, None]
+    place: Any = np.linalg.eigvals(structure.drift) * structure.delay[:, None]
     # On which side of the axis a pole on it goes is not to be seen from its place.
     trusted = np.all(np.abs(place.real) > _BESIDE_AXIS * (1 + np.abs(place)), axis=1)
     parts, opened = [], structure.opened
@@ -71,7 +70,7 @@ def axis_crossings(process: Process, speeds: np.ndarray, lowest: float, highest:
             trusted &= closed
             parts.append((found.lane, found.height, sign * found.gain, found.rate, found.moved))
     owner, omega, gain, moved = (np.concatenate([part[i] for part in parts]) for i in (0, 1, 2, 4))
-    rate: Array = np.concatenate([part[3] for part in parts])
+    rate: Any = np.concatenate([part[3] for part in parts])
     # A pair, or one on the real axis; with falling |K| roots that came in on the negative side go out again.
     change = np.sign(rate.real * gain).astype(int) * np.where(omega == 0, 1, 2)
     unstable = np.sum(place.real > 0, axis=1)
@@ -126,11 +125,15 @@ def _at_zero(opened: Open, most: float) -> AxisPlaces:
 
 
 @jax.jit
-def _polish(contacts: Contact, lane: Array, y: Array) -> tuple[Array, Array, Array, Array]:
+def _polish(
+    contacts: Contact, lane: Int[Any, " l"], y: Float[Any, " l"]
+) -> tuple[Float[Any, " l"], Float[Any, " l"], Float[Any, " l"], Complex[Any, " l"]]:
     """Where L(jy) is real and negative: y, K = −1/L there, how far Newton's last step moved K, and dz/d(log K)."""
     contact = take(contacts, lane)
 
-    def improve(state: tuple[Array, Array, Array], _: None) -> tuple[tuple[Array, Array, Array], None]:
+    def improve(
+        state: tuple[Float[Any, " l"], Float[Any, " l"], Float[Any, " l"]], _: None
+    ) -> tuple[tuple[Float[Any, " l"], Float[Any, " l"], Float[Any, " l"]], None]:
         y, gain, _ = state
         at = loop(contact, 1j * y)
         following = y - jnp.angle(-at.value) / (at.slope / at.value).real

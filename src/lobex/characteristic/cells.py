@@ -6,11 +6,10 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Bool, Complex, Float, Int
 
 from lobex.characteristic.closed_loop import Loops
 from lobex.characteristic.function import inverted
-
-Array = Any
 
 # A cell that is no wider than rounding is taken as what it is in its middle.
 _NARROWEST = 1e-14
@@ -31,16 +30,18 @@ class Cells(NamedTuple):
         high: where it ends.
     """
 
-    line: Array
-    low: Array
-    high: Array
+    line: Int[Any, " c"]
+    low: Float[Any, "c parts"]
+    high: Float[Any, "c parts"]
 
-    def at(self, row: Array, part: Array) -> tuple[Array, Array, Array]:
+    def at(
+        self, row: Int[Any, " k"], part: Int[Any, " k"]
+    ) -> tuple[Int[Any, " k"], Float[Any, " k"], Float[Any, " k"]]:
         """Single ones, each (k,)."""
         return self.line[row], self.low[row, part], self.high[row, part]
 
 
-def divided(line: Array, low: Array, high: Array) -> Cells:
+def divided(line: Int[Any, " c"], low: Float[Any, " c"], high: Float[Any, " c"]) -> Cells:
     """Intervals (c,) cut into equal parts."""
     inner = low[:, None] + (high - low)[:, None] * (np.arange(1, PARTS) / PARTS)
     return Cells(line, np.column_stack([low, inner]), np.column_stack([inner, high]))
@@ -49,9 +50,9 @@ def divided(line: Array, low: Array, high: Array) -> Cells:
 class Bounds(NamedTuple):
     """Over a cell, of |M|, |M′| and |M″|."""
 
-    value: Array
-    slope: Array
-    bend: Array
+    value: Float[Any, " *cells"]
+    slope: Float[Any, " *cells"]
+    bend: Float[Any, " *cells"]
 
 
 def over_modes(term: Callable[[Loops], Any], loops: Loops, like: Any) -> Any:
@@ -66,10 +67,12 @@ def over_modes(term: Callable[[Loops], Any], loops: Loops, like: Any) -> Any:
     return jax.lax.scan(add, jax.tree.map(jnp.zeros_like, like), loops)[0]
 
 
-def bounds_of_mode(mode: Loops, level: Array, middle: Array, half: Array) -> Bounds:
+def bounds_of_mode(
+    mode: Loops, level: Float[Any, "..."], middle: Float[Any, " *cells"], half: Float[Any, " *cells"]
+) -> Bounds:
     """By the triangle inequality, from the distances of cells of Re z = ``level`` to the poles."""
 
-    def distance(pole: Array) -> Array:
+    def distance(pole: Complex[Any, " l"]) -> Float[Any, "..."]:
         outside = jnp.maximum(jnp.abs(middle - pole.imag) - half, 0.0)
         return jnp.sqrt(jnp.square(level - pole.real) + jnp.square(outside))
 
@@ -85,17 +88,17 @@ def bounds_of_mode(mode: Loops, level: Array, middle: Array, half: Array) -> Bou
     )
 
 
-def value_of_mode(mode: Loops, z: Array) -> Array:
+def value_of_mode(mode: Loops, z: Complex[Any, " *cells"]) -> Complex[Any, " *cells"]:
     """M at z."""
     return (mode.first * z + mode.constant) * inverted((z - mode.upper) * (z - mode.lower))
 
 
-def narrow(middle: Array, half: Array) -> Array:
+def narrow(middle: Float[Any, " *cells"], half: Float[Any, " *cells"]) -> Bool[Any, " *cells"]:
     """Whether rounding is as wide as a cell."""
     return half < _NARROWEST * (1 + jnp.abs(middle))
 
 
-def first_cells(loops: Loops, level: Array, least: Array) -> Cells:
+def first_cells(loops: Loops, level: Float[Any, " lines"], least: Float[Any, " lines"]) -> Cells:
     """From 0 over heights of poles to a height beyond which |M| is below ``least``, (lines,)."""
     heights = np.sort(np.abs(loops.upper.imag), axis=0)
     # Most of many poles are quiet, and one bound serves several.
@@ -112,7 +115,9 @@ def first_cells(loops: Loops, level: Array, least: Array) -> Cells:
     return divided(line[kept], low[kept], high[kept])
 
 
-def decide(cells: Cells, look: Callable[[Cells], Array], lines: int, rounds: int = _ROUNDS) -> Array:
+def decide(
+    cells: Cells, look: Callable[[Cells], Bool[Any, "c parts"]], lines: int, rounds: int = _ROUNDS
+) -> Bool[Any, " {lines}"]:
     """Divide the cells that ``look`` is undecided about, (c, PARTS), until it is about none; whether each line is."""
     decided = np.ones(lines, dtype=bool)
     for _ in range(rounds):

@@ -6,15 +6,14 @@ from typing import Any
 
 import jax
 import numpy as np
+from jaxtyping import Int
 
 from lobex._devices import on_device
-
-Array = Any
 
 _THREADS = 2
 
 
-def in_chunks(function: Callable[[Array], Any], lanes: int, size: int) -> list[Any]:
+def in_chunks(function: Callable[[Int[Any, " _"]], Any], lanes: int, size: int) -> list[Any]:
     """``function(numbers of lanes)`` for parts of ``size`` at most.
 
     The first, a small one, is done before the others begin, so that nothing is compiled twice.

@@ -10,14 +10,13 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Bool, Complex, Float, Int
 
 from lobex.characteristic.cells import over_modes
 from lobex.characteristic.closed_loop import Loops
 from lobex.characteristic.lanes import in_few_sizes, placed, take
 from lobex.characteristic.line import PLACES, roots_beyond
 from lobex.characteristic.peaks import foremost, highest, moved_poles, peaks
-
-Array = Any
 
 # Roots that are remembered of each lane.
 ROOTS = 6
@@ -35,17 +34,17 @@ _CONVERGED = 1e-10
 class Climbed(NamedTuple):
     """The roots found of each lane, the foremost first, (l, ROOTS), Im z ≥ 0, and whether a count proves it, (l,)."""
 
-    found: Array
-    proven: Array
+    found: Complex[Any, "l roots"]
+    proven: Bool[Any, " l"]
 
 
 class _Search:
     """The lanes of one chunk and what is known of each: roots found, and lines with roots beyond and without."""
 
-    def __init__(self, loops: Loops, guesses: Array | None, apart: float) -> None:
+    def __init__(self, loops: Loops, guesses: Complex[Any, "l _"] | None, apart: float) -> None:
         lanes = np.shape(loops.first)[1]
         self.loops, self.on_device = loops, placed(loops.filled())
-        self.found: Array = np.full((lanes, ROOTS), np.nan + 0j)
+        self.found: Any = np.full((lanes, ROOTS), np.nan + 0j)
         self.distance = np.full(lanes, apart)
         self.low, self.high = np.full(lanes, -np.inf), np.full(lanes, np.inf)
         self.step = np.full(lanes, 0.5)
@@ -57,10 +56,10 @@ class _Search:
         self.level[bare] = _first_level(take(loops, bare))
 
     @property
-    def foremost(self) -> Array:
+    def foremost(self) -> Float[Any, " l"]:
         return _real(self.found[:, 0])
 
-    def add(self, lane: Array, starts: Array, roots: Array) -> None:
+    def add(self, lane: Int[Any, " k"], starts: Complex[Any, "k s"], roots: Complex[Any, "k u"]) -> None:
         """Keep roots, and those that Newton's method reaches beyond the level from starts (k, s) of lanes (k,)."""
         row, column = np.nonzero(np.isfinite(starts))
         root, converged = newton(self.on_device, lane[row], starts[row, column])
@@ -79,7 +78,7 @@ class _Search:
                 filled[fresh] += 1
         self.found[lane] = kept
 
-    def look(self, lane: Array) -> tuple[Array, Array]:
+    def look(self, lane: Int[Any, " k"]) -> tuple[Bool[Any, " k"], Bool[Any, " k"]]:
         """Count beyond the levels of the lanes, and seek what is not in hand; which are proven, and which go on."""
         level = self.level[lane]
         count = roots_beyond(self.loops, self.on_device, lane, level)
@@ -96,13 +95,13 @@ class _Search:
         self._next(lane[rest], count.roots[rest] > 0, count.decided[rest])
         return proven, rest & (self.distance[lane] > _CLOSE)
 
-    def _in_hand(self, lane: Array) -> Array:
+    def _in_hand(self, lane: Int[Any, " k"]) -> Int[Any, " k"]:
         """How many roots are known beyond the levels of the lanes; a pair counts twice."""
         mine = self.found[lane]
         weight = np.where(np.abs(mine.imag) > _REAL * (1 + np.abs(mine)), 2, 1)
         return np.sum(weight * (mine.real > self.level[lane, None]), axis=1)
 
-    def _next(self, lane: Array, some: Array, decided: Array) -> None:
+    def _next(self, lane: Int[Any, " k"], some: Bool[Any, " k"], decided: Bool[Any, " k"]) -> None:
         """Choose the next level: closer to the foremost root, or between what is known to have roots beyond and not."""
         level = self.level[lane]
         # A line that too many roots lie beyond to be counted is one with roots beyond.
@@ -119,7 +118,7 @@ class _Search:
         self.level[lane] = np.where(has, foremost - self.distance[lane], middle)
 
 
-def climb(loops: Loops, guesses: Array | None = None, apart: float = _APART) -> Climbed:
+def climb(loops: Loops, guesses: Complex[Any, "l _"] | None = None, apart: float = _APART) -> Climbed:
     """The rightmost roots of lanes (l,), from places (l, k) where roots are thought to be, NaN-filled.
 
     The first line is that far from the foremost of these.
@@ -136,7 +135,7 @@ def climb(loops: Loops, guesses: Array | None = None, apart: float = _APART) -> 
     return Climbed(search.found, proven)
 
 
-def newton(loops: Any, lane: Array, start: Array) -> tuple[Array, Array]:
+def newton(loops: Any, lane: Int[Any, " k"], start: Complex[Any, " k"]) -> tuple[Complex[Any, " k"], Bool[Any, " k"]]:
     """Roots from starts (k,) of lanes, Im z ≥ 0, and whether they are."""
     root, change = start.astype(complex), np.full(len(lane), np.inf)
     left = np.arange(len(lane))
@@ -152,14 +151,18 @@ def newton(loops: Any, lane: Array, start: Array) -> tuple[Array, Array]:
 
 
 @jax.jit
-def _newton(loops: Loops, lane: Array, start: Array) -> tuple[Array, Array]:
+def _newton(
+    loops: Loops, lane: Int[Any, " k"], start: Complex[Any, " k"]
+) -> tuple[Complex[Any, " k"], Float[Any, " k"]]:
     """Steps of Newton's method on log w, to the nearest of its turns, of 1 at most; z, and the last step."""
     mine = take(loops, lane)
 
-    def improve(_: int, state: tuple[Array, Array]) -> tuple[Array, Array]:
+    def improve(
+        _: Int[Any, ""], state: tuple[Complex[Any, " k"], Float[Any, " k"]]
+    ) -> tuple[Complex[Any, " k"], Float[Any, " k"]]:
         z, _ = state
 
-        def term(mode: Loops) -> tuple[Array, Array]:
+        def term(mode: Loops) -> tuple[Complex[Any, " k"], Complex[Any, " k"]]:
             upper, lower = 1 / (z - mode.upper), 1 / (z - mode.lower)
             value = (mode.first * z + mode.constant) * upper * lower
             return value, mode.first * upper * lower - value * (upper + lower)
@@ -174,12 +177,14 @@ def _newton(loops: Loops, lane: Array, start: Array) -> tuple[Array, Array]:
     return jax.lax.fori_loop(0, _STEPS, improve, (start, jnp.full(jnp.shape(lane), jnp.inf)))
 
 
-def _first_level(loops: Loops) -> Array:
+def _first_level(loops: Loops) -> Float[Any, " l"]:
     """A line near the foremost root."""
     return np.max(peaks(loops, highest(loops)), axis=0) - _APART
 
 
-def _starts(loops: Loops, lane: Array, level: Array, places: Array) -> tuple[Array, Array]:
+def _starts(
+    loops: Loops, lane: Int[Any, " k"], level: Float[Any, " k"], places: Complex[Any, "k p"]
+) -> tuple[Complex[Any, "k s"], Complex[Any, "k u"]]:
     """Where to look for roots beyond the lines: next to the places on them, and next to poles beyond, (k, s).
 
     And the roots, (k, u), that are poles as good as unmoved: the contact does not see them.
@@ -201,5 +206,5 @@ def _starts(loops: Loops, lane: Array, level: Array, places: Array) -> tuple[Arr
     return np.concatenate([places, ahead[0]], axis=1), ahead[1]
 
 
-def _real(z: Array) -> Array:
+def _real(z: Complex[Any, "..."]) -> Float[Any, "..."]:
     return np.where(np.isnan(z.real), -np.inf, z.real)

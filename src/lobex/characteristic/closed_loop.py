@@ -9,10 +9,9 @@ delay.
 from typing import Any, NamedTuple
 
 import numpy as np
+from jaxtyping import Complex, Float, Inexact
 
 from lobex.characteristic.lanes import with_modes
-
-Array = Any
 
 _NEARBY = 1e-10
 # Where poles that are none lie, out of the way.
@@ -31,12 +30,12 @@ class Loops(NamedTuple):
         lower: π₂, its conjugate, or another real pole.
     """
 
-    first: Array
-    constant: Array
-    upper: Array
-    lower: Array
+    first: Float[Any, "*modes l"]
+    constant: Float[Any, "*modes l"]
+    upper: Complex[Any, "*modes l"]
+    lower: Complex[Any, "*modes l"]
 
-    def at_delay(self, delay: Array) -> "Loops":
+    def at_delay(self, delay: Float[Any, " l"]) -> "Loops":
         """In z = sτ, where these are in s, for delays of the same lanes."""
         return Loops(self.first * delay, self.constant * delay**2, self.upper * delay, self.lower * delay)
 
@@ -50,12 +49,17 @@ class Loops(NamedTuple):
         return [self._replace(first=a, constant=b) for a, b in zip(self.first, self.constant, strict=True)]
 
     @property
-    def rightmost(self) -> Array:
+    def rightmost(self) -> Float[Any, " l"]:
         """The largest real part of a pole, (lanes,)."""
         return np.max(np.maximum(self.upper.real, self.lower.real), axis=0)
 
 
-def close(drift: Array, inputs: Array, present: Array, delayed: Array) -> Loops:
+def close(
+    drift: Float[Any, "l d d"],
+    inputs: Float[Any, "l d"],
+    present: Float[Any, "l d"],
+    delayed: Float[Any, "l d"],
+) -> Loops:
     """The loops of ż = A z + E (P z + Q w), from z's delayed value w to itself.
 
     Args:
@@ -68,7 +72,7 @@ def close(drift: Array, inputs: Array, present: Array, delayed: Array) -> Loops:
     return closed._replace(first=closed.first[:, 0], constant=closed.constant[:, 0])
 
 
-def responses(drift: Array, inputs: Array, outputs: Array) -> Loops:
+def responses(drift: Float[Any, "l d d"], inputs: Float[Any, "l d"], outputs: Float[Any, "l o d"]) -> Loops:
     """C (sI − A)⁻¹ E with A (l, d, d), E (l, d) and C (l, o, d), as responses with the same poles."""
     size = np.shape(drift)[1]
     poles, vectors = np.linalg.eig(drift)
@@ -96,7 +100,7 @@ def responses(drift: Array, inputs: Array, outputs: Array) -> Loops:
     upper, at_upper = np.take_along_axis(poles, place, axis=1), np.take_along_axis(residue, place[:, None], axis=2)
     lower = np.where(oscillating, upper.conj(), np.take_along_axis(poles, partner, axis=1))
     at_partner = np.take_along_axis(residue, partner[:, None], axis=2)
-    at_lower: Array = np.where(oscillating[:, None], at_upper.conj(), at_partner)
+    at_lower: Any = np.where(oscillating[:, None], at_upper.conj(), at_partner)
     # A real pole left over gets a partner that the numerator takes away again.
     lower = np.where(alone, -FAR, lower)
     at_lower = np.where(alone[:, None], 0.0, at_lower)
@@ -105,7 +109,7 @@ def responses(drift: Array, inputs: Array, outputs: Array) -> Loops:
     return Loops(*map(np.ascontiguousarray, (*by_mode, upper.T, lower.T)))
 
 
-def doubt(drift: Array) -> Array:
+def doubt(drift: Float[Any, "l d d"]) -> Float[Any, " l"]:
     """How far off the poles of matrices (l, d, d) may be that are known to rounding, in ulps of 1, (l,).
 
     To first order, of which the units of the states make no difference.
@@ -118,12 +122,12 @@ def doubt(drift: Array) -> Array:
     return np.where(moved < most, moved, most)
 
 
-def _coordinates(vectors: Array, inputs: Array) -> Array:
+def _coordinates(vectors: Inexact[Any, "l d d"], inputs: Float[Any, "l d"]) -> Complex[Any, "l d"]:
     """V⁻¹ E, (l, d); NaN where the poles have no full set of vectors."""
     return _solved(vectors, inputs[..., None])[..., 0]
 
 
-def _solved(vectors: Array, right: Array) -> Array:
+def _solved(vectors: Inexact[Any, "l d d"], right: Float[Any, "l d k"]) -> Complex[Any, "l d k"]:
     """V⁻¹ times matrices, (l, d, k); NaN where the poles have no full set of vectors."""
     try:
         return np.linalg.solve(vectors, right) + 0j

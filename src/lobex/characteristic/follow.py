@@ -7,6 +7,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Complex, Float, Inexact, Int
 
 from lobex.characteristic.cells import over_modes
 from lobex.characteristic.climb import newton
@@ -15,8 +16,6 @@ from lobex.characteristic.function import decaying, inverted
 from lobex.characteristic.lanes import in_few_sizes, placed, take
 from lobex.characteristic.open_loop import Open, weighted
 from lobex.characteristic.peaks import likely_roots
-
-Array = Any
 
 # Every so many gains are looked at from scratch, and so many of their roots are followed upwards, and downwards.
 _STRIDE = 32
@@ -30,7 +29,12 @@ _CONVERGED = 1e-7
 _SIZE = (512,)
 
 
-def followed(there: Open, lanes: int, closed: Callable[[Array, Array], Loops], gains: Array) -> Array:
+def followed(
+    there: Open,
+    lanes: int,
+    closed: Callable[[Int[Any, " k"], Int[Any, " k"]], Loops],
+    gains: Float[Any, " m"],
+) -> Complex[Any, "{lanes} m h"]:
     """Roots at every gain (m,), followed from those of coarse gains on either side: (n, m, h), NaN-filled.
 
     Args:
@@ -43,7 +47,7 @@ def followed(there: Open, lanes: int, closed: Callable[[Array, Array], Loops], g
     coarse = np.unique(np.append(np.arange(0, count, _STRIDE), count - 1))
     lane, column = (a.ravel() for a in np.meshgrid(np.arange(lanes), coarse, indexing="ij"))
     begun = _begun(closed(lane, column)).reshape(lanes, len(coarse), _UPWARDS)
-    hand: Array = np.full((lanes, count, _UPWARDS + _DOWNWARDS), np.nan + 0j)
+    hand: Any = np.full((lanes, count, _UPWARDS + _DOWNWARDS), np.nan + 0j)
     hand[:, coarse, :_UPWARDS] = begun
     step = np.arange(_STRIDE)
     upwards, downwards = coarse[:-1, None] + step, coarse[1:, None] - step
@@ -60,12 +64,12 @@ def followed(there: Open, lanes: int, closed: Callable[[Array, Array], Loops], g
     return hand.real + 1j * np.abs(hand.imag)
 
 
-def real_or_less(z: Array) -> Array:
+def real_or_less(z: Complex[Any, "..."]) -> Float[Any, "..."]:
     """Re z, −∞ where there is none."""
     return np.where(np.isnan(z.real), -np.inf, z.real)
 
 
-def _begun(loops: Loops) -> Array:
+def _begun(loops: Loops) -> Complex[Any, "l r"]:
     """The foremost of the roots beside the peaks of |M|, (lanes, r), NaN-filled."""
     starts = likely_roots(loops)
     lane, number = np.nonzero(np.isfinite(starts))
@@ -79,7 +83,9 @@ def _begun(loops: Loops) -> Array:
     return np.take_along_axis(root, np.argsort(-real_or_less(root), axis=1)[:, :_UPWARDS], axis=1)
 
 
-def _follow_each(there: Open, lane: Array, gains: Array, start: Array) -> Array:
+def _follow_each(
+    there: Open, lane: Int[Any, " k"], gains: Float[Any, "k g"], start: Complex[Any, " k"]
+) -> Complex[Any, "k _"]:
     """Roots at gains (k, g), of one sign, from roots (k,) at the first of each row; (k, g), NaN where they were lost.
 
     Each step goes along dz/d(log K), and then by Newton's method on log w with w = e^{−z} M.
@@ -89,10 +95,14 @@ def _follow_each(there: Open, lane: Array, gains: Array, start: Array) -> Array:
 
 
 @jax.jit
-def _follow(opened: Open, lane: Array, gains: Array, start: Array) -> tuple[Array]:
+def _follow(
+    opened: Open, lane: Int[Any, " k"], gains: Float[Any, "k g"], start: Complex[Any, " k"]
+) -> tuple[Complex[Any, "k _"]]:
     mine = take(opened, lane)
 
-    def look(z: Array, reciprocal: Array) -> tuple[Array, Array, Array]:
+    def look(
+        z: Complex[Any, " k"], reciprocal: Float[Any, " k"]
+    ) -> tuple[Complex[Any, " k"], Complex[Any, " k"], Float[Any, " k"]]:
         """Newton's step of z, dz/d(log K), and how far z is from a root: log w or the step, whichever is more."""
 
         def term(mode: Loops) -> Any:
@@ -116,11 +126,13 @@ def _follow(opened: Open, lane: Array, gains: Array, start: Array) -> tuple[Arra
         size = jnp.abs(step)
         return step / jnp.maximum(size, 1.0), share * against, jnp.maximum(size, jnp.abs(away))
 
-    def advance(state: tuple[Array, Array, Array], gain: Array) -> tuple[tuple[Array, Array, Array], Array]:
+    def advance(
+        state: tuple[Complex[Any, " k"], Complex[Any, " k"], Float[Any, " k"]], gain: Float[Any, " k"]
+    ) -> tuple[tuple[Complex[Any, " k"], Complex[Any, " k"], Float[Any, " k"]], Complex[Any, " k"]]:
         z, rate, before = state
         z = z + rate * jnp.log(gain / before)
 
-        def improve(_: int, state: tuple[Array, ...]) -> tuple[Array, ...]:
+        def improve(_: Int[Any, ""], state: tuple[Inexact[Any, " k"], ...]) -> tuple[Inexact[Any, " k"], ...]:
             step, rate, size = look(state[0], 1 / gain)
             return state[0] + step, rate, state[3], size
 

@@ -11,13 +11,12 @@ from typing import Any, NamedTuple, cast
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Complex, Float, Inexact
 
 from lobex._pytree import pytree
 from lobex.characteristic.closed_loop import FAR, Loops
 from lobex.characteristic.lanes import with_modes
 from lobex.characteristic.open_loop import weighted
-
-Array = Any
 
 # Blocks summed without a loop in between.
 _UNROLLED = 8
@@ -39,11 +38,11 @@ class Contact:
         delayed: q, shape (o, …).
     """
 
-    numerator: Array
-    denominator: Array
-    doubt: Array
-    present: Array
-    delayed: Array
+    numerator: Float[Any, "n s o *lanes"]
+    denominator: Float[Any, "n s *lanes"]
+    doubt: Float[Any, "n s+1 *lanes"]
+    present: Float[Any, " o *lanes"]
+    delayed: Float[Any, " o *lanes"]
 
     def filled(self) -> "Contact":
         """With modes that add nothing, up to one of a few numbers of them, for which programs are compiled."""
@@ -60,19 +59,24 @@ class Contact:
 class Response(NamedTuple):
     """Of each output H, its derivative by z, and how many ulps of 1 rounding may have put into it."""
 
-    value: list[Array]
-    slope: list[Array]
-    rounding: list[Array]
+    value: list[Complex[Any, " *lanes"]]
+    slope: list[Complex[Any, " *lanes"]]
+    rounding: list[Float[Any, " *lanes"]]
 
 
 class Loop(NamedTuple):
     """L and its derivative by z."""
 
-    value: Array
-    slope: Array
+    value: Complex[Any, " *lanes"]
+    slope: Complex[Any, " *lanes"]
 
 
-def by_blocks(blocks: Array, inputs: Array, outputs: Array, delay: Array) -> tuple[Array, Array]:
+def by_blocks(
+    blocks: Float[Any, "n s s"],
+    inputs: Float[Any, "n s"],
+    outputs: Float[Any, "n o s"],
+    delay: Float[Any, ""],
+) -> tuple[Float[Any, "n s o"], Float[Any, "n s"]]:
     """Numerators (n, s, o) and denominators (n, s) of H of one structure with A's blocks (n, s, s).
 
     The coefficients of C adj(zI − τA) E and of the characteristic polynomial by Faddeev and LeVerrier.
@@ -97,7 +101,9 @@ def by_blocks(blocks: Array, inputs: Array, outputs: Array, delay: Array) -> tup
     return jnp.stack(numerator[::-1], axis=1), jnp.stack(denominator[::-1], axis=1)
 
 
-def by_poles(alone: Loops, delay: Array, doubt: Array) -> tuple[Array, Array, Array]:
+def by_poles(
+    alone: Loops, delay: Float[Any, " l"], doubt: Float[Any, " l"]
+) -> tuple[Float[Any, "n 2 o l"], Float[Any, "n 2 l"], Float[Any, "n 3 l"]]:
     """Numerators, denominators and their doubt of H in sτ, of its pairs of poles in s.
 
     Args:
@@ -117,12 +123,12 @@ def by_poles(alone: Loops, delay: Array, doubt: Array) -> tuple[Array, Array, Ar
     return np.stack([there.constant, there.first], axis=1), np.stack([product, total], axis=1), doubts
 
 
-def response(contact: Contact, z: Array) -> Response:
+def response(contact: Contact, z: Complex[Any, " *lanes"]) -> Response:
     """H; ``z`` is complex, and its trailing axes are the contact's lanes."""
     size = jnp.abs(z)
     outputs = range(len(contact.present))
 
-    def add(sums: Response, block: tuple[Array, ...]) -> tuple[Response, None]:
+    def add(sums: Response, block: tuple[Float[Any, "..."], ...]) -> tuple[Response, None]:
         denominator = jnp.concatenate([block[1], jnp.ones_like(block[1][:1])])
         bottom, bottom_slope = _polynomial(denominator, z)
         flipped = inverted(bottom)
@@ -139,7 +145,7 @@ def response(contact: Contact, z: Array) -> Response:
     return jax.lax.scan(add, zeros, blocks, unroll=_UNROLLED)[0]
 
 
-def loop(contact: Contact, z: Array) -> Loop:
+def loop(contact: Contact, z: Complex[Any, " *lanes"]) -> Loop:
     """L and its derivative; ``z`` is complex, and its trailing axes are the contact's lanes."""
     at = response(contact, z)
     before = [q * decaying(z) for q in contact.delayed]
@@ -147,7 +153,9 @@ def loop(contact: Contact, z: Array) -> Loop:
     return Loop(-weighted(feedback, at.value), weighted(before, at.value) - weighted(feedback, at.slope))
 
 
-def _polynomial(coefficients: Array, z: Array) -> tuple[Array, Array]:
+def _polynomial(
+    coefficients: Float[Any, " s *lanes"], z: Inexact[Any, " *lanes"]
+) -> tuple[Inexact[Any, " *lanes"], Inexact[Any, " *lanes"]]:
     """A polynomial and its derivative from real coefficients (s, …), lowest first."""
     value, slope = coefficients[-1], jnp.zeros_like(coefficients[0])
     for coefficient in coefficients[-2::-1]:
@@ -155,12 +163,12 @@ def _polynomial(coefficients: Array, z: Array) -> tuple[Array, Array]:
     return value, slope
 
 
-def inverted(z: Array) -> Array:
+def inverted(z: Complex[Any, "..."]) -> Complex[Any, "..."]:
     """1/z without the scaling that guards against overflow, which takes longer than all the rest."""
     return z.conj() * (1 / (jnp.square(z.real) + jnp.square(z.imag)))
 
 
-def decaying(z: Array) -> Array:
+def decaying(z: Complex[Any, "..."]) -> Complex[Any, "..."]:
     """e^{−z}, with sine and cosine by Taylor polynomials: the library's own take longer than all the rest.
 
     To rounding for |Im z| below 1e5.

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
+from jaxtyping import Bool, Complex, Float, Int
 
 from lobex.characteristic.chunks import in_chunks
 from lobex.characteristic.climb import ROOTS, climb
@@ -14,8 +15,6 @@ from lobex.characteristic.lanes import LANES, take
 from lobex.characteristic.last_digits import polish
 from lobex.characteristic.loci import loci
 from lobex.characteristic.open_loop import Open
-
-Array = Any
 
 # Every so many gains are looked at from scratch.
 _STRIDE = 8
@@ -42,13 +41,13 @@ class Structure(NamedTuple):
         period: T, (n,), s.
     """
 
-    drift: Array
-    inputs: Array
-    outputs: Array
-    present: Array
-    delayed: Array
-    delay: Array
-    period: Array
+    drift: Float[Any, "*n d d"]
+    inputs: Float[Any, "*n d"]
+    outputs: Float[Any, "*n o d"]
+    present: Float[Any, "*n o"]
+    delayed: Float[Any, "*n o"]
+    delay: Float[Any, " *n"]
+    period: Float[Any, " *n"]
 
     @property
     def same(self) -> bool:
@@ -65,14 +64,16 @@ class Structure(NamedTuple):
         row = np.zeros(len(self.delay), dtype=int) if self.same else np.arange(len(self.delay))
         return take(responses(*(part[: 1 if self.same else None] for part in self[:3])), row)
 
-    def closed(self, row: Array, gain: Array) -> Loops:
+    def closed(self, row: Int[Any, " l"], gain: Float[Any, " l"]) -> Loops:
         """The loops in s of speeds and gains, (l,) each."""
         drift, inputs, outputs = (part[row] for part in self[:3])
         feedback = (gain[:, None] * part[row] for part in (self.present, self.delayed))
         return close(drift, inputs, *((part[:, None] @ outputs)[:, 0] for part in feedback))
 
 
-def rightmost_roots(structure: Structure, contact: Contact, gains: Array) -> tuple[Array, Array, Array]:
+def rightmost_roots(
+    structure: Structure, contact: Contact, gains: Float[Any, " m"]
+) -> tuple[Complex[Any, "n m"], Float[Any, "n m"], Bool[Any, "n m"]]:
     """The rightmost roots z, Im z ≥ 0, their errors, and whether they are proven, each (n, m), for gains (m,) ≠ 0."""
     shape = len(structure.delay), len(gains)
     row, column = np.indices(shape)
@@ -81,7 +82,9 @@ def rightmost_roots(structure: Structure, contact: Contact, gains: Array) -> tup
     return _polished(contact, row, gains[column], *_from_neighbours(structure, gains))
 
 
-def _by_strips(structure: Structure, contact: Contact, gains: Array) -> tuple[Array, Array, Array]:
+def _by_strips(
+    structure: Structure, contact: Contact, gains: Float[Any, " m"]
+) -> tuple[Complex[Any, "n m"], Float[Any, "n m"], Bool[Any, "n m"]]:
     """As ``rightmost_roots``, by strips of neighbouring gains."""
     shape = len(structure.delay), len(gains)
     root, error, proven = np.full(shape, np.nan + 0j), np.full(shape, np.nan), np.zeros(shape, dtype=bool)
@@ -91,7 +94,7 @@ def _by_strips(structure: Structure, contact: Contact, gains: Array) -> tuple[Ar
     # Neighbours take as long as each other: each part gets some of all.
     order = np.argsort(np.arange(shape[0]) * _GOLDEN % 1)
 
-    def work(part: Array) -> None:
+    def work(part: Int[Any, " _"]) -> None:
         index = order[part]
         row, column = np.meshgrid(index, np.arange(shape[1]), indexing="ij")
         found = loci(take(opened, index), lambda lane, column: closed(index[lane], column), gains)
@@ -107,19 +110,19 @@ def _speeds_of_a_part(shape: tuple[int, int]) -> int:
     return max(_FEWEST_SPEEDS, min(math.ceil(shape[0] / _PARTS), _MOST_POINTS // shape[1]))
 
 
-def _from_neighbours(structure: Structure, gains: Array) -> tuple[Array, Array]:
+def _from_neighbours(structure: Structure, gains: Float[Any, " m"]) -> tuple[Complex[Any, "n m"], Bool[Any, "n m"]]:
     """The rightmost roots, and whether they are proven, each (n, m): some from scratch, others from those beside."""
     shape = len(structure.delay), len(gains)
-    found: Array = np.full((*shape, ROOTS), np.nan + 0j)
+    found: Any = np.full((*shape, ROOTS), np.nan + 0j)
     proven = np.zeros(shape, dtype=bool)
     closed = _closed_at(structure, gains)
     coarse = np.unique(np.append(np.arange(0, shape[1], _STRIDE), shape[1] - 1))
 
-    def at_columns(columns: Array, beside: tuple[Array, ...]) -> None:
+    def at_columns(columns: Int[Any, " _"], beside: tuple[Int[Any, " _"], ...]) -> None:
         """Fill columns of the grid, from the roots in the columns beside them."""
         row, number = (a.ravel() for a in np.meshgrid(np.arange(shape[0]), np.arange(len(columns)), indexing="ij"))
 
-        def work(index: Array) -> None:
+        def work(index: Int[Any, " _"]) -> None:
             i, j = row[index], columns[number[index]]
             guesses = [found[i, other[number[index]], :_KEPT] for other in beside]
             found[i, j], proven[i, j] = climb(closed(i, j), np.concatenate(guesses, axis=1) if guesses else None)
@@ -133,13 +136,15 @@ def _from_neighbours(structure: Structure, gains: Array) -> tuple[Array, Array]:
     return found[..., 0], proven
 
 
-def rightmost_at_points(structure: Structure, contact: Contact, row: Array, gain: Array) -> tuple[Array, Array, Array]:
+def rightmost_at_points(
+    structure: Structure, contact: Contact, row: Int[Any, " p"], gain: Float[Any, " p"]
+) -> tuple[Complex[Any, " p"], Float[Any, " p"], Bool[Any, " p"]]:
     """As ``rightmost_roots`` at points: the numbers of their speeds, (p,), and their gains ≠ 0, (p,)."""
     found, proven = np.full(len(row), np.nan + 0j), np.zeros(len(row), dtype=bool)
     gains, column = np.unique(gain, return_inverse=True)
     closed = _closed_at(structure, gains)
 
-    def work(index: Array) -> None:
+    def work(index: Int[Any, " _"]) -> None:
         climbed = climb(closed(row[index], column[index]))
         found[index], proven[index] = climbed.found[:, 0], climbed.proven
 
@@ -147,13 +152,19 @@ def rightmost_at_points(structure: Structure, contact: Contact, row: Array, gain
     return _polished(contact, row, gain, found, proven)
 
 
-def _polished(contact: Contact, row: Array, gain: Array, root: Array, proven: Array) -> tuple[Array, Array, Array]:
+def _polished(
+    contact: Contact,
+    row: Int[Any, " *points"],
+    gain: Float[Any, " *points"],
+    root: Complex[Any, " *points"],
+    proven: Bool[Any, " *points"],
+) -> tuple[Complex[Any, " *points"], Float[Any, " *points"], Bool[Any, " *points"]]:
     root, error = root.copy(), np.full(root.shape, np.nan)
     root[proven], error[proven] = polish(contact, row[proven], gain[proven], root[proven])
     return root, error, proven & np.isfinite(error)
 
 
-def _closed_at(structure: Structure, gains: Array) -> Callable[[Array, Array], Loops]:
+def _closed_at(structure: Structure, gains: Float[Any, " m"]) -> Callable[[Int[Any, " _"], Int[Any, " _"]], Loops]:
     """Gives the loops in sτ, closed at numbers of speeds and of gains, (l,) each."""
 
     shared = None
@@ -161,7 +172,7 @@ def _closed_at(structure: Structure, gains: Array) -> Callable[[Array, Array], L
         parts = in_chunks(lambda part: structure.closed(np.zeros_like(part), gains[part]), len(gains), _GAINS)
         shared = Loops(*(np.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))
 
-    def closed(row: Array, column: Array) -> Loops:
+    def closed(row: Int[Any, " l"], column: Int[Any, " l"]) -> Loops:
         loops = structure.closed(row, gains[column]) if shared is None else take(shared, column)
         return loops.at_delay(structure.delay[row])
 

@@ -5,8 +5,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-
-Array = Any
+from jaxtyping import Inexact, Int, Shaped
 
 # Lanes that a chunk has at most, and arguments that a batch has.
 LANES = 4096
@@ -15,7 +14,9 @@ _SIZES = (512, 4096)
 _FEW = 4
 
 
-def in_few_sizes(function: Any, arrays: tuple[Array, ...], sizes: tuple[int, ...] = _SIZES) -> tuple[Array, ...]:
+def in_few_sizes(
+    function: Any, arrays: tuple[Shaped[Any, "k ..."], ...], sizes: tuple[int, ...] = _SIZES
+) -> tuple[Shaped[Any, "k ..."], ...]:
     """``function(*arrays)`` over the first axis, (k, …), as NumPy arrays: the last batch is filled up with repeats.
 
     A function that is compiled for one size alone names it.
@@ -34,7 +35,7 @@ def in_few_sizes(function: Any, arrays: tuple[Array, ...], sizes: tuple[int, ...
     return tuple(map(np.concatenate, zip(*results, strict=True)))
 
 
-def take(lanes: Any, index: Array) -> Any:
+def take(lanes: Any, index: Int[Any, " _"]) -> Any:
     """The lanes of the given numbers, of a tree whose trailing axis they are."""
     return jax.tree.map(lambda a: a[..., index], lanes)
 
@@ -42,14 +43,14 @@ def take(lanes: Any, index: Array) -> Any:
 def placed(lanes: Any) -> Any:
     """A tree of lanes where it is computed with, filled up to whole ``LANES`` so that its shapes are few."""
 
-    def filled(part: Array) -> Array:
+    def filled(part: Inexact[Any, "*others _"]) -> Inexact[Any, "*others _"]:
         missing = -np.shape(part)[-1] % LANES
         return jnp.asarray(np.pad(part, [(0, 0)] * (np.ndim(part) - 1) + [(0, missing)], mode="edge"))
 
     return jax.tree.map(filled, lanes)
 
 
-def with_modes(part: Array, fill: Array) -> Array:
+def with_modes(part: Inexact[Any, "modes ..."], fill: Inexact[Any, "..."]) -> Inexact[Any, "_ ..."]:
     """An array (modes, …) filled up to one of few numbers of modes."""
     return np.concatenate([part, np.broadcast_to(fill, (few(len(part)) - len(part), *np.shape(part)[1:]))])
 

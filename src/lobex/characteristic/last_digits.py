@@ -6,19 +6,20 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Bool, Complex, Float, Int
 
 from lobex.characteristic.function import Contact, response
 from lobex.characteristic.lanes import in_few_sizes, placed, take
 from lobex.characteristic.open_loop import weighted
-
-Array = Any
 
 # Of a sum of rounded terms.
 _ULPS = 4.0
 _AWAY = 10.0
 
 
-def polish(contact: Contact, lane: Array, gain: Array, root: Array) -> tuple[Array, Array]:
+def polish(
+    contact: Contact, lane: Int[Any, " k"], gain: Float[Any, " k"], root: Complex[Any, " k"]
+) -> tuple[Complex[Any, " k"], Float[Any, " k"]]:
     """Roots z of the lanes' contacts at gains, (k,), and how far off they may be, from the last step and rounding.
 
     What is a root at every gain, since the contact does not see it, is left as it is.
@@ -30,7 +31,7 @@ def polish(contact: Contact, lane: Array, gain: Array, root: Array) -> tuple[Arr
     return better.real + 1j * np.abs(better.imag), error
 
 
-def _largest_pole(contact: Contact) -> Array:
+def _largest_pole(contact: Contact) -> Float[Any, " l"]:
     """A bound of every pole, (lanes,), by Fujiwara's (1916)."""
     size = np.shape(contact.denominator)[1]
     root = np.abs(contact.denominator) ** (1 / np.arange(size, 0, -1))[:, None]
@@ -38,13 +39,15 @@ def _largest_pole(contact: Contact) -> Array:
 
 
 @jax.jit
-def _polish(contacts: Contact, lane: Array, gain: Array, z: Array) -> tuple[Array, Array, Array]:
+def _polish(
+    contacts: Contact, lane: Int[Any, " k"], gain: Float[Any, " k"], z: Complex[Any, " k"]
+) -> tuple[Complex[Any, " k"], Float[Any, " k"], Bool[Any, " k"]]:
     """Two of Newton's steps on log M(z) − z, whose terms cannot overflow; and whether they lead away from the root."""
     contact = take(contacts, lane)
     feedback = gain * contact.present, gain * contact.delayed
     sizes = [jnp.abs(part) for part in feedback]
 
-    def rest(z: Array) -> tuple[Array, Array, Array]:
+    def rest(z: Complex[Any, " k"]) -> tuple[Complex[Any, " k"], Complex[Any, " k"], Float[Any, " k"]]:
         at = response(contact, z)
         (now, now_slope), (before, slope) = ([weighted(part, of) for of in at[:2]] for part in feedback)
         doubt, doubt_before = (weighted(part, at.rounding) for part in sizes)

@@ -13,12 +13,11 @@ from typing import Any, NamedTuple, cast
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Bool, Complex, Float, Inexact, Int, Shaped
 
 from lobex.characteristic.cells import Cells, bounds_of_mode, decide, first_cells, narrow, over_modes, value_of_mode
 from lobex.characteristic.closed_loop import Loops
 from lobex.characteristic.lanes import in_few_sizes, take
-
-Array = Any
 
 _DONE, _SPLIT, _LOUD = 0, 1, 2
 # Places that are reported for each line.
@@ -34,12 +33,12 @@ class Count(NamedTuple):
         places: z on the line next to which some of them lie, (k, PLACES + 1), NaN-filled.
     """
 
-    roots: Array
-    decided: Array
-    places: Array
+    roots: Int[Any, " k"]
+    decided: Bool[Any, " k"]
+    places: Complex[Any, "k p"]
 
 
-def roots_beyond(loops: Loops, on_device: Any, lane: Array, level: Array) -> Count:
+def roots_beyond(loops: Loops, on_device: Any, lane: Int[Any, " k"], level: Float[Any, " k"]) -> Count:
     """Count the roots of the lanes (k,) to the right of Re z = ``level``, (k,).
 
     Args:
@@ -55,9 +54,9 @@ def roots_beyond(loops: Loops, on_device: Any, lane: Array, level: Array) -> Cou
         size = np.exp(-level)
         beyond_one = response_of_loops(mine, level + 0j).real * size > 1
     number = number - beyond_one
-    found: list[tuple[Array, ...]] = []
+    found: list[tuple[Any, ...]] = []
 
-    def look(cells: Cells) -> Array:
+    def look(cells: Cells) -> Bool[Any, "c parts"]:
         arrays = lane[cells.line], level[cells.line], size[cells.line], cells.low, cells.high
         code, turn, height = in_few_sizes(partial(_look, on_device), arrays)
         loud = np.nonzero(code == _LOUD)
@@ -76,13 +75,17 @@ def roots_beyond(loops: Loops, on_device: Any, lane: Array, level: Array) -> Cou
     return Count(number, decided, _places(found, level, beyond_one))
 
 
-def response_of_loops(loops: Loops, z: Array) -> Array:
+def response_of_loops(loops: Loops, z: Complex[Any, " l"]) -> Complex[Any, " l"]:
     """M at z, (lanes,)."""
     with np.errstate(all="ignore"):
         return np.sum((loops.first * z + loops.constant) / ((z - loops.upper) * (z - loops.lower)), axis=0)
 
 
-def _places(found: list[tuple[Array, ...]], level: Array, beyond_one: Array) -> Array:
+def _places(
+    found: list[tuple[Shaped[Any, " _"], ...]],
+    level: Float[Any, " k"],
+    beyond_one: Bool[Any, " k"],
+) -> Complex[Any, "k p"]:
     """The places of the highest |w| of each line, and the real axis where a root is on it."""
     places = np.full((len(level), PLACES + 1), np.nan + 0j)
     places[beyond_one, PLACES] = level[beyond_one]
@@ -98,7 +101,14 @@ def _places(found: list[tuple[Array, ...]], level: Array, beyond_one: Array) -> 
 
 
 @jax.jit
-def _look(loops: Loops, lane: Array, level: Array, scale: Array, low: Array, high: Array) -> tuple[Array, ...]:
+def _look(
+    loops: Loops,
+    lane: Int[Any, " c"],
+    level: Float[Any, " c"],
+    scale: Float[Any, " c"],
+    low: Float[Any, "c parts"],
+    high: Float[Any, "c parts"],
+) -> tuple[Int[Any, "c parts"], Float[Any, "c parts"], Float[Any, "c parts"]]:
     """What is to be done with cells; how far w in their middles is turned from the real axis, rad; and |w| there."""
     mine = take(loops, lane)
     low, high = low.T, high.T
@@ -107,7 +117,7 @@ def _look(loops: Loops, lane: Array, level: Array, scale: Array, low: Array, hig
 
     z = jax.lax.complex(jnp.broadcast_to(level, low.shape), middle)
 
-    def term(mode: Loops) -> tuple[Array, ...]:
+    def term(mode: Loops) -> tuple[Inexact[Any, "parts c"], ...]:
         over = bounds_of_mode(mode, level, middle, half)
         return value_of_mode(mode, z), over.value, over.slope
 
@@ -127,12 +137,14 @@ def _look(loops: Loops, lane: Array, level: Array, scale: Array, low: Array, hig
 
 
 @jax.jit
-def _passed(loops: Loops, lane: Array, level: Array, low: Array, high: Array) -> tuple[Array]:
+def _passed(
+    loops: Loops, lane: Int[Any, " c"], level: Float[Any, " c"], low: Float[Any, " c"], high: Float[Any, " c"]
+) -> tuple[Int[Any, " c"]]:
     """How often w passes the real axis beyond 1 downwards, in a cell where |w| > 1 and M turns by less than π."""
     mine = take(loops, lane)
     places = jax.lax.complex(level, low), jax.lax.complex(level, high)
 
-    def term(mode: Loops) -> tuple[Array, ...]:
+    def term(mode: Loops) -> tuple[Complex[Any, " c"], ...]:
         return tuple(value_of_mode(mode, z) for z in places)
 
     first, last = over_modes(term, mine, places)

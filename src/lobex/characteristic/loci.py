@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from jaxtyping import Bool, Complex, Float, Int
 
 from lobex.characteristic.climb import climb
 from lobex.characteristic.closed_loop import Loops
@@ -15,8 +16,6 @@ from lobex.characteristic.follow import followed, real_or_less
 from lobex.characteristic.lanes import placed
 from lobex.characteristic.open_loop import Open
 from lobex.characteristic.strips import Strips, roots_over
-
-Array = Any
 
 # Foremost roots of a strip differ by so much at most, at first and then.
 _WIDTHS = (0.08, 0.02, 0.005)
@@ -28,7 +27,11 @@ _REAL = 1e-9
 _ATTEMPTS = 4
 
 
-def loci(opened: Open, closed: Callable[[Array, Array], Loops], gains: Array) -> tuple[Array, Array]:
+def loci(
+    opened: Open,
+    closed: Callable[[Int[Any, " _"], Int[Any, " _"]], Loops],
+    gains: Float[Any, " m"],
+) -> tuple[Complex[Any, "n m"], Bool[Any, "n m"]]:
     """The rightmost roots of lanes (n,) at gains (m,), increasing and not 0, and whether they are proven, (n, m).
 
     Args:
@@ -56,7 +59,7 @@ def loci(opened: Open, closed: Callable[[Array, Array], Loops], gains: Array) ->
     return root, proven
 
 
-def _foremost(hand: Array) -> Array:
+def _foremost(hand: Complex[Any, "*points r"]) -> Complex[Any, " *points"]:
     """Of roots (…, r), some of them NaN."""
     order = np.argmax(real_or_less(hand), axis=-1)
     return np.take_along_axis(hand, order[..., None], axis=-1)[..., 0]
@@ -65,10 +68,10 @@ def _foremost(hand: Array) -> Array:
 def _prove(
     opened: Open,
     there: Open,
-    closed: Callable[[Array, Array], Loops],
-    gains: Array,
-    hand: Array,
-    proven: Array,
+    closed: Callable[[Int[Any, " _"], Int[Any, " _"]], Loops],
+    gains: Float[Any, " m"],
+    hand: Complex[Any, "n m r"],
+    proven: Bool[Any, "n m"],
     width: float,
 ) -> None:
     """Prove what can be proven by strips of a width; ``proven`` is written to."""
@@ -94,7 +97,7 @@ def _prove(
     proven[row, column] = decided[number] & (_in_hand(mine, level[number]) == roots[number])
 
 
-def _strips(ahead: Array, gains: Array, width: float) -> Array:
+def _strips(ahead: Float[Any, "n m"], gains: Float[Any, " m"], width: float) -> Float[Any, "n m"]:
     """Numbers of strips over which the foremost roots' real parts (n, m) do not differ by more, and gains' signs."""
     known = np.maximum.accumulate(np.where(np.isfinite(ahead), np.arange(len(gains)), 0), axis=1)
     filled = np.take_along_axis(ahead, known, axis=1)
@@ -104,7 +107,9 @@ def _strips(ahead: Array, gains: Array, width: float) -> Array:
     return np.floor(np.cumsum(moved, axis=1) / width)
 
 
-def _levels(real: Array, begin: Array, end: Array, width: float) -> Array:
+def _levels(
+    real: Float[Any, "k r"], begin: Int[Any, " strips"], end: Int[Any, " strips"], width: float
+) -> Float[Any, " strips"]:
     """The line of each strip: somewhat to the left of the foremost root, and far from the others."""
     least = np.minimum.reduceat(np.max(real, axis=1), begin)
     trial = least[:, None] - width * _APART
@@ -113,7 +118,7 @@ def _levels(real: Array, begin: Array, end: Array, width: float) -> Array:
     return np.take_along_axis(trial, np.argmax(distance, axis=1)[:, None], axis=1)[:, 0]
 
 
-def _in_hand(hand: Array, level: Array) -> Array:
+def _in_hand(hand: Complex[Any, "k r"], level: Float[Any, " k"]) -> Int[Any, " k"]:
     """How many different roots of the points (k, r) lie beyond the levels (k,); a pair counts twice."""
     size = 1 + np.abs(hand)
     with np.errstate(invalid="ignore"):

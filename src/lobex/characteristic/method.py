@@ -5,6 +5,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Bool, Complex, Float, Int
 
 from lobex import _checks
 from lobex._namespace import namespace
@@ -18,8 +19,6 @@ from lobex.systems.form import by_form
 from lobex.systems.one_force import one_force
 from lobex.systems.system import DelaySystem
 from lobex.systems.traits import followers
-
-Array = Any
 
 # Speeds at which the model is asked at the least.
 _SPEEDS = 32
@@ -47,7 +46,9 @@ class CharacteristicRoots:
     waves per delay, the damping and the gain. Multipliers are good to rounding, times |sT|.
     """
 
-    def over_grid(self, process: Process, speeds: Array, gains: Array) -> tuple[Array, Array, Array, Array]:
+    def over_grid(
+        self, process: Process, speeds: Float[Any, " n"], gains: Float[Any, " m"]
+    ) -> tuple[Complex[Any, "n m"], Float[Any, "n m"], Float[Any, "n m"], Bool[Any, "n m"]]:
         """The dominant multiplier at every point of a grid. Call it in the scope of float64.
 
         Args:
@@ -67,7 +68,7 @@ class CharacteristicRoots:
         sound, structure, contact = contacts(process, speeds, float(np.max(np.abs(gains))))
         if not np.any(sound):
             return everywhere
-        root: Array = np.full((len(structure.delay), len(gains)), np.nan + 0j)
+        root: Any = np.full((len(structure.delay), len(gains)), np.nan + 0j)
         error, proven = np.full(root.shape, np.nan), np.zeros(root.shape, dtype=bool)
         acting, free = np.flatnonzero(gains), np.flatnonzero(gains == 0)
         if len(acting):
@@ -83,7 +84,9 @@ class CharacteristicRoots:
             target[sound] = result
         return everywhere
 
-    def at_points(self, process: Process, speeds: Array, gains: Array) -> tuple[Array, Array, Array, Array]:
+    def at_points(
+        self, process: Process, speeds: Float[Any, " p"], gains: Float[Any, " p"]
+    ) -> tuple[Complex[Any, " p"], Float[Any, " p"], Float[Any, " p"], Bool[Any, " p"]]:
         """As ``over_grid`` at the points (speeds[i], gains[i]), each of shape (p,)."""
         unique, row = np.unique(np.asarray(speeds, dtype=float), return_inverse=True)
         gains = np.asarray(gains, dtype=float)
@@ -148,12 +151,19 @@ def contacts(process: Process, speeds: np.ndarray, largest: float) -> tuple[np.n
     return sound, structure, Contact(*parts, structure.present.T, structure.delayed.T)
 
 
-def _everywhere(*shape: int) -> tuple[Array, Array, Array, Array]:
+def _everywhere(
+    *shape: int,
+) -> tuple[
+    Complex[Any, " *shape"],
+    Float[Any, " *shape"],
+    Float[Any, " *shape"],
+    Bool[Any, " *shape"],
+]:
     """Multiplier, frequency, error and proof of points of which nothing is known yet."""
     return np.full(shape, np.nan + 0j), np.full(shape, np.nan), np.full(shape, np.nan), np.zeros(shape, dtype=bool)
 
 
-def _without_gain(structure: Structure) -> tuple[Array, Array]:
+def _without_gain(structure: Structure) -> tuple[Complex[Any, " n"], Float[Any, " n"]]:
     """The rightmost pole at each speed, (n,), and its rounding."""
     place = np.linalg.eigvals(structure.drift) * structure.delay[:, None] + 0j
     foremost = np.argmax(place.real, axis=1)[:, None]
@@ -161,19 +171,30 @@ def _without_gain(structure: Structure) -> tuple[Array, Array]:
 
 
 def _results(
-    root: Array, error: Array, proven: Array, structure: Structure, row: Array
-) -> tuple[Array, Array, Array, Array]:
+    root: Complex[Any, " *points"],
+    error: Float[Any, " *points"],
+    proven: Bool[Any, " *points"],
+    structure: Structure,
+    row: Int[Any, "..."],
+) -> tuple[
+    Complex[Any, " *points"],
+    Float[Any, " *points"],
+    Float[Any, " *points"],
+    Bool[Any, " *points"],
+]:
     """Multipliers over the period, frequencies, errors and proofs from roots in sτ, of the speeds of given numbers."""
     root = np.where(proven, root.real + 1j * np.abs(root.imag), np.nan)
     delay, delays = structure.delay[row], (structure.period / structure.delay)[row]
     # Of what grows beyond all numbers within a period.
     with np.errstate(over="ignore", invalid="ignore"):
-        value: Array = np.exp(root * delays)
+        value: Any = np.exp(root * delays)
     multiplier = value.real + 1j * np.abs(value.imag)
     return multiplier, root.imag / (2 * np.pi * delay), np.where(proven, error * delays, np.nan), proven
 
 
-def _parts(system: DelaySystem) -> tuple[tuple[Array, ...], Array, Array]:
+def _parts(
+    system: DelaySystem,
+) -> tuple[tuple[Any, ...], Float[Any, "e r"], Float[Any, "e m"]]:
     """What is to stay as the gain changes; and the forces per unit of each output, now and a delay ago, (e, r)."""
     present, (delayed,) = system.at(np.zeros(1))
     share = system.delays[0].shares(np.zeros(1), system.period)
@@ -182,12 +203,14 @@ def _parts(system: DelaySystem) -> tuple[tuple[Array, ...], Array, Array]:
 
 
 @jax.jit
-def _contacts(process: Process, speeds: Array, largest: Any) -> tuple[Structure, Any, Array, Array, Array]:
+def _contacts(
+    process: Process, speeds: Float[Any, " n"], largest: Any
+) -> tuple[Structure, Any, Bool[Any, " n"], Bool[Any, " n"], Float[Any, "n e r"]]:
     """Structures; H's polynomials of small blocks; whether the gain enters otherwise than told, and forces act in
     several directions; and what forces without gain.
     """
 
-    def one(speed: Array) -> tuple[Structure, Any, Array, Array, Array]:
+    def one(speed: Float[Any, ""]) -> tuple[Structure, Any, Bool[Any, ""], Bool[Any, ""], Float[Any, "e r"]]:
         system = process.system(speed, largest)
         parts = jax.vmap(lambda share: _parts(process.system(speed, largest * share)))(_SHARES)
         held = parts[1][0]
@@ -218,15 +241,20 @@ def _contacts(process: Process, speeds: Array, largest: Any) -> tuple[Structure,
     return jax.vmap(one)(speeds)
 
 
-def _strays(structure: tuple[Array, ...], present: Array, delayed: Array, largest: Any) -> Array:
+def _strays(
+    structure: tuple[Float[Any, "shares ..."], ...],
+    present: Float[Any, "shares e r"],
+    delayed: Float[Any, "shares e m"],
+    largest: Any,
+) -> np.bool_ | Bool[Any, ""]:
     """Whether the gain enters otherwise than told, of ``_parts`` at its shares."""
 
     lib = namespace(structure, present, delayed, largest)
 
-    def off(part: Array, line: Array) -> Array:
+    def off(part: Float[Any, "..."], line: Float[Any, "..."]) -> np.bool_ | Bool[Any, ""]:
         return lib.any(lib.abs(part - line) > _ROUNDING * lib.max(lib.abs(part), axis=0))
 
-    def line(part: Array) -> Array:
+    def line(part: Float[Any, "shares a b"]) -> Float[Any, "shares a b"]:
         return part[0] + (_SHARES * largest).reshape(-1, *(1,) * (part.ndim - 1)) * ((part[-1] - part[0]) / largest)
 
     return (
@@ -246,7 +274,9 @@ def _shape_refused(process: Process) -> str | None:
 
 @by_form
 def _form_refused(made: Any, shapes: tuple[Any, ...], number: Any) -> str | None:
-    def lags(numbers: Any, speed: Array, gain: Array, phase: Array) -> tuple[Array, ...]:
+    def lags(
+        numbers: Any, speed: Float[Any, ""], gain: Float[Any, ""], phase: Float[Any, "1"]
+    ) -> tuple[Float[Any, "1"], ...]:
         return made(numbers).system(speed, gain).lags(phase)
 
     system = jax.eval_shape(lambda numbers, speed, gain: made(numbers).system(speed, gain), shapes, number, number)

@@ -12,13 +12,12 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Bool, Complex, Float, Int, Shaped
 
 from lobex.characteristic.cells import Bounds, Cells, bounds_of_mode, decide, first_cells, narrow, over_modes
 from lobex.characteristic.closed_loop import Loops
 from lobex.characteristic.lanes import in_few_sizes, placed, take
 from lobex.characteristic.open_loop import Open, weighted
-
-Array = Any
 
 _STEPS = 8
 
@@ -34,21 +33,21 @@ class AxisPlaces(NamedTuple):
         moved: how far the last of Newton's steps moved K.
     """
 
-    lane: Array
-    height: Array
-    gain: Array
-    rate: Array
-    moved: Array
+    lane: Int[Any, " e"]
+    height: Float[Any, " e"]
+    gain: Float[Any, " e"]
+    rate: Complex[Any, " e"]
+    moved: Float[Any, " e"]
 
 
-def axis_places(feedback: Open, largest: float) -> tuple[AxisPlaces, Array]:
+def axis_places(feedback: Open, largest: float) -> tuple[AxisPlaces, Bool[Any, " b"]]:
     """The places with K up to ``largest``, and whether those of a lane are all known, (b,)."""
     lanes = np.shape(feedback.present)[1]
-    found: list[tuple[Array, Array, Array]] = []
+    found: list[tuple[Any, ...]] = []
     there = placed(feedback.filled())
     level = np.zeros(lanes)
 
-    def look(cells: Cells) -> Array:
+    def look(cells: Cells) -> Bool[Any, "c parts"]:
         index = np.full(len(cells.line), largest), *cells
         split, crossed = in_few_sizes(partial(_crossed, there), index)
         found.append(cells.at(*np.nonzero(crossed)))
@@ -63,7 +62,7 @@ def axis_places(feedback: Open, largest: float) -> tuple[AxisPlaces, Array]:
     return AxisPlaces(*(part[kept] for part in (lane, height, gain, rate, moved))), decided
 
 
-def _responses_of_mode(mode: Loops, y: Array) -> list[list[Array]]:
+def _responses_of_mode(mode: Loops, y: Float[Any, " *cells"]) -> list[list[Complex[Any, " *cells"]]]:
     """Each H and each H′ at jy."""
     upper, lower = 1 / (1j * y - mode.upper), 1 / (1j * y - mode.lower)
     values = [(one.first * 1j * y + one.constant) * upper * lower for one in mode.each()]
@@ -73,7 +72,12 @@ def _responses_of_mode(mode: Loops, y: Array) -> list[list[Array]]:
     return [values, slopes]
 
 
-def _looped(feedback: Open, y: Array, response: list[Array], slope: list[Array]) -> tuple[Array, Array]:
+def _looped(
+    feedback: Open,
+    y: Float[Any, " *cells"],
+    response: list[Complex[Any, " *cells"]],
+    slope: list[Complex[Any, " *cells"]],
+) -> tuple[Complex[Any, " *cells"], Complex[Any, " *cells"]]:
     """L and L′ at jy from H and H′."""
     turned = jnp.exp(-1j * y)
     before = [q * turned for q in feedback.delayed]
@@ -81,14 +85,20 @@ def _looped(feedback: Open, y: Array, response: list[Array], slope: list[Array])
     return -weighted(whole, response), weighted(before, response) - weighted(whole, slope)
 
 
-def _loop(feedback: Open, y: Array) -> tuple[Array, Array]:
+def _loop(feedback: Open, y: Float[Any, " *cells"]) -> tuple[Complex[Any, " *cells"], Complex[Any, " *cells"]]:
     """L and L′ at jy."""
     like = [[y + 0j] * len(feedback.present)] * 2
     return _looped(feedback, y, *over_modes(partial(_responses_of_mode, y=y), feedback.loops, like))
 
 
 @jax.jit
-def _crossed(feedback: Open, largest: Array, lane: Array, low: Array, high: Array) -> tuple[Array, Array]:
+def _crossed(
+    feedback: Open,
+    largest: Float[Any, " c"],
+    lane: Int[Any, " c"],
+    low: Float[Any, "c parts"],
+    high: Float[Any, "c parts"],
+) -> tuple[Bool[Any, "c parts"], Bool[Any, "c parts"]]:
     """Whether to divide cells, and, if not, whether the phase of −L passes 0 in them."""
     mine = take(feedback, lane)
     low, high = low.T, high.T
@@ -127,12 +137,14 @@ def _crossed(feedback: Open, largest: Array, lane: Array, low: Array, high: Arra
 
 
 @jax.jit
-def _place(feedback: Open, lane: Array, low: Array, high: Array) -> tuple[Array, ...]:
+def _place(
+    feedback: Open, lane: Int[Any, " c"], low: Float[Any, " c"], high: Float[Any, " c"]
+) -> tuple[Shaped[Any, " c"], ...]:
     """The zero of arg(−L) in a cell by Newton's method, bisecting where that leaves it: y, K, rate, last step."""
     mine = take(feedback, lane)
     rising = jnp.angle(-_loop(mine, high)[0]) > 0
 
-    def improve(_: int, state: tuple[Array, ...]) -> tuple[Array, ...]:
+    def improve(_: Int[Any, ""], state: tuple[Float[Any, " c"], ...]) -> tuple[Float[Any, " c"], ...]:
         low, high, y, before, _ = state
         value, slope = _loop(mine, y)
         phase = jnp.angle(-value)

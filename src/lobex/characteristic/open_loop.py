@@ -8,10 +8,9 @@ from operator import add
 from typing import Any, NamedTuple
 
 import numpy as np
+from jaxtyping import Float, Inexact
 
 from lobex.characteristic.closed_loop import Loops
-
-Array = Any
 
 
 class Open(NamedTuple):
@@ -23,21 +22,21 @@ class Open(NamedTuple):
         loops: H of each, with the same poles.
     """
 
-    present: Array
-    delayed: Array
+    present: Float[Any, "o b"]
+    delayed: Float[Any, "o b"]
     loops: Loops
 
     def filled(self) -> "Open":
         """With modes that add nothing, up to one of a few numbers of them, for which programs are compiled."""
         return self._replace(loops=self.loops.filled())
 
-    def bounding(self, size: Array) -> Loops:
+    def bounding(self, size: Float[Any, " b"]) -> Loops:
         """A response whose bound, from its coefficients, is one of Σ (|p| + |q| size) |H|."""
         weight = np.abs(self.present) + np.abs(self.delayed) * size
         first, constant = (np.sum(weight * np.abs(part), axis=1) for part in self.loops[:2])
         return self.loops._replace(first=first, constant=constant)
 
 
-def weighted(weights: Array, parts: Any) -> Array:
+def weighted(weights: Any, parts: Any) -> Inexact[Any, "..."]:
     """Σ of weights (o, …) times as many parts."""
     return reduce(add, (weight * part for weight, part in zip(weights, parts, strict=True)))

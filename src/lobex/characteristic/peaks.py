@@ -3,11 +3,10 @@
 from typing import Any
 
 import numpy as np
+from jaxtyping import Complex, Float, Int
 
 from lobex.characteristic.closed_loop import Loops
 from lobex.characteristic.line import response_of_loops
-
-Array = Any
 
 _ROUNDS = 6
 _NEAREST = 1e-3
@@ -16,7 +15,7 @@ _HARDLY = 0.5
 _MODES = 24
 
 
-def highest(loops: Loops) -> Array:
+def highest(loops: Loops) -> Int[Any, "k l"]:
     """Numbers of the modes that peak highest by themselves, (modes or fewer, lanes)."""
     z = loops.rightmost + 0.1 + 1j * loops.upper.imag
     with np.errstate(all="ignore"):
@@ -24,12 +23,12 @@ def highest(loops: Loops) -> Array:
     return np.argsort(-own, axis=0)[:_MODES]
 
 
-def foremost(loops: Loops) -> Array:
+def foremost(loops: Loops) -> Int[Any, "k l"]:
     """Numbers of the modes whose poles have the largest real parts, (modes or fewer, lanes)."""
     return np.argsort(-np.maximum(loops.upper.real, loops.lower.real), axis=0)[:_MODES]
 
 
-def peaks(loops: Loops, modes: Array) -> Array:
+def peaks(loops: Loops, modes: Int[Any, "k l"]) -> Float[Any, "k l"]:
     """At the height y of each mode's pole, (k, lanes), a real part x near log |M(x + jy)|: there |w| is near 1."""
     height = np.take_along_axis(loops.upper.imag, modes, axis=0)
     level = loops.rightmost + np.full(np.shape(modes), 0.1)
@@ -40,7 +39,7 @@ def peaks(loops: Loops, modes: Array) -> Array:
     return level
 
 
-def moved_poles(loops: Loops, modes: Array) -> tuple[Array, Array]:
+def moved_poles(loops: Loops, modes: Int[Any, "k l"]) -> tuple[Complex[Any, "_ l"], Complex[Any, "_ l"]]:
     """The poles of modes (k, lanes), first those named upper, and how far off the roots of w = 1 beside them are,
     (2k, lanes).
     """
@@ -61,7 +60,7 @@ def moved_poles(loops: Loops, modes: Array) -> tuple[Array, Array]:
     return np.concatenate(poles), np.stack(moves)
 
 
-def likely_roots(loops: Loops) -> Array:
+def likely_roots(loops: Loops) -> Complex[Any, "l _"]:
     """Starts for Newton's method, (lanes, 3k), NaN-filled.
 
     Beside a pole that has hardly moved, or on either side of a peak, where the phase of w is near 0.

@@ -14,14 +14,13 @@ from typing import Any, NamedTuple, cast
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Bool, Complex, Float, Int
 
 from lobex.characteristic.cells import Cells, bounds_of_mode, decide, first_cells, over_modes, value_of_mode
 from lobex.characteristic.closed_loop import Loops
 from lobex.characteristic.function import decaying
 from lobex.characteristic.lanes import in_few_sizes, take
 from lobex.characteristic.open_loop import Open, weighted
-
-Array = Any
 
 _DONE, _SPLIT, _LOUD, _CLEAR = 0, 1, 2, 3
 # How often a cell is divided before its strip is given up.
@@ -33,13 +32,15 @@ _SIZE = (1024,)
 class Strips(NamedTuple):
     """Each (k,): the number of the lane, x, and the gains of smallest and of largest modulus, of one sign."""
 
-    lane: Array
-    level: Array
-    weakest: Array
-    strongest: Array
+    lane: Int[Any, " k"]
+    level: Float[Any, " k"]
+    weakest: Float[Any, " k"]
+    strongest: Float[Any, " k"]
 
 
-def roots_over(opened: Open, on_device: Open, strips: Strips, poles: Array) -> tuple[Array, Array]:
+def roots_over(
+    opened: Open, on_device: Open, strips: Strips, poles: Int[Any, " k"]
+) -> tuple[Int[Any, " k"], Bool[Any, " k"]]:
     """The number of roots to the right of the lines at every gain of the strips, (k,), and whether it is known.
 
     Args:
@@ -57,7 +58,7 @@ def roots_over(opened: Open, on_device: Open, strips: Strips, poles: Array) -> t
         at = np.sum((mine.loops.first * level + mine.loops.constant) / bottom[:, None], axis=0).real
         number = poles - (weighted(mine.delayed, at) * size / (low - weighted(mine.present, at)) > 1)
 
-    def look(cells: Cells) -> Array:
+    def look(cells: Cells) -> Bool[Any, "c parts"]:
         line = cells.line
         arrays = lane[line], level[line], low[line], high[line], cells.low, cells.high
         (code,) = in_few_sizes(partial(_look, on_device), arrays, _SIZE)
@@ -74,14 +75,24 @@ def roots_over(opened: Open, on_device: Open, strips: Strips, poles: Array) -> t
     return number, decided
 
 
-def _beyond(distance: Array, along: Array, low: Array, high: Array) -> Array:
+def _beyond(
+    distance: Float[Any, "..."], along: Float[Any, "..."], low: Float[Any, "..."], high: Float[Any, "..."]
+) -> Float[Any, "..."]:
     """The distance of points from the interval between two numbers: of their height, and along it."""
     least, most = jnp.minimum(low, high), jnp.maximum(low, high)
     return jnp.hypot(distance, jnp.maximum(jnp.maximum(least - along, along - most), 0.0))
 
 
 @jax.jit
-def _look(opened: Open, lane: Array, level: Array, k: Array, other: Array, low: Array, high: Array) -> tuple[Array]:
+def _look(
+    opened: Open,
+    lane: Int[Any, " c"],
+    level: Float[Any, " c"],
+    k: Float[Any, " c"],
+    other: Float[Any, " c"],
+    low: Float[Any, "c parts"],
+    high: Float[Any, "c parts"],
+) -> tuple[Int[Any, "c parts"]]:
     """What is to be done with cells, for all 1/K between k and the other."""
     mine = take(opened, lane)
     low, high = low.T, high.T
@@ -125,7 +136,15 @@ def _look(opened: Open, lane: Array, level: Array, k: Array, other: Array, low: 
 
 
 @jax.jit
-def _passed(opened: Open, lane: Array, level: Array, k: Array, low: Array, high: Array, loud: Array) -> tuple[Array]:
+def _passed(
+    opened: Open,
+    lane: Int[Any, " c"],
+    level: Float[Any, " c"],
+    k: Float[Any, " c"],
+    low: Float[Any, " c"],
+    high: Float[Any, " c"],
+    loud: Bool[Any, " c"],
+) -> tuple[Int[Any, " c"]]:
     """How often w passes the real axis beyond 1 downwards in a cell, at 1/K = k."""
     mine = take(opened, lane)
     places = jax.lax.complex(level, low), jax.lax.complex(level, high)
@@ -142,7 +161,7 @@ def _passed(opened: Open, lane: Array, level: Array, k: Array, low: Array, high:
     delayed = [q * decaying(z) for q, z in zip(before, places, strict=True)]
     whole = [r - d for r, d in zip(rest, delayed, strict=True)]
 
-    def angle(pair: list[Array]) -> Array:
+    def angle(pair: list[Complex[Any, " c"]]) -> Float[Any, " c"]:
         """From the first to the second, by less than π."""
         return jnp.angle(pair[1] * pair[0].conj())
 

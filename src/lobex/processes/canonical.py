@@ -1,18 +1,17 @@
 """The test equations of the field: the damped delayed Mathieu equation and the scalar equation."""
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from lobex import _checks
 from lobex._float64 import in_float64
 from lobex._namespace import namespace
 from lobex._pytree import pytree
+from lobex._shapes import Number
 from lobex.processes.process import check_point
 from lobex.processes.quantity import DELAYED_GAIN, Quantity
 from lobex.systems.coefficients import Constant, Harmonic
 from lobex.systems.system import DelaySystem
 from lobex.systems.terms import Delayed, Present
-
-Array = Any
 
 
 @pytree()
@@ -28,9 +27,9 @@ class DelayedMathieu:
         damping: c.
     """
 
-    delta: Array
-    epsilon: Array
-    damping: Array = 0.0
+    delta: Number
+    epsilon: Number
+    damping: Number = 0.0
 
     gain: ClassVar[Quantity] = DELAYED_GAIN
 
@@ -46,7 +45,7 @@ class DelayedMathieu:
             _checks.scalar(name, getattr(self, name))
 
     @in_float64
-    def system(self, speed: Array, gain: Array) -> DelaySystem:
+    def system(self, speed: Number, gain: Number) -> DelaySystem:
         """The delay system at one speed and one gain b."""
         check_point(self, speed, gain)
         lib = namespace(self.delta, self.epsilon, self.damping, gain)
@@ -69,7 +68,7 @@ class Scalar:
     All of them are plain numbers, without units.
     """
 
-    a: Array
+    a: Number
 
     gain: ClassVar[Quantity] = DELAYED_GAIN
 
@@ -83,7 +82,7 @@ class Scalar:
         _checks.scalar("a", self.a)
 
     @in_float64
-    def system(self, speed: Array, gain: Array) -> DelaySystem:
+    def system(self, speed: Number, gain: Number) -> DelaySystem:
         """The delay system at one speed and one gain b."""
         check_point(self, speed, gain)
         lib = namespace(self.a)

@@ -10,16 +10,16 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Bool, Float
 
 from lobex import _checks
 from lobex._float64 import at_once, widened
 from lobex._pytree import is_measured
+from lobex._shapes import AnyArray
 from lobex.processes.process import Process
 from lobex.systems.coefficients import Function
 from lobex.systems.system import DelaySystem
 from lobex.systems.terms import Forcing
-
-Array = Any
 
 _PHASES = np.arange(32) / 32
 # Weights of speed and gain: in a plane of both, the outermost points along these directions.
@@ -39,12 +39,12 @@ class Numbers(NamedTuple):
         force: the largest force per unit of output, now and remembered, at any phase, (k,).
     """
 
-    period: Array
-    breaks: Array
-    lag: Array
-    declared: Array
-    delay_range: Array
-    force: Array
+    period: Float[AnyArray, " *k"]
+    breaks: Float[AnyArray, "*k b"]
+    lag: Float[AnyArray, "*k delays phases"]
+    declared: Bool[AnyArray, "*k delays phases"]
+    delay_range: Float[AnyArray, "*k 2"]
+    force: Float[AnyArray, " *k"]
 
 
 def check_system(process: Process, speed: Any, gain: Any = None) -> None:
@@ -79,8 +79,8 @@ def largest_force(process: Process, speed: float, gain: float) -> float:
 
 
 @jax.jit
-def _numbers(process: Process, speed: Array, gain: Array) -> Numbers:
-    def at(speed: Array, gain: Array) -> Numbers:
+def _numbers(process: Process, speed: Float[Array, " k"], gain: Float[Array, " k"]) -> Numbers:
+    def at(speed: Float[Array, ""], gain: Float[Array, ""]) -> Numbers:
         system = process.system(speed, gain)
         _check_form(type(process).__name__, system)
         functions = [node for node in jax.tree.leaves(system, is_leaf=_is_function) if _is_function(node)]
@@ -136,7 +136,9 @@ def _check_form(name: str, system: Any) -> None:
         )
 
 
-def _in_one_line(process: Process, ask: Callable[..., Numbers], speeds: Array, gains: Array) -> Numbers:
+def _in_one_line(
+    process: Process, ask: Callable[..., Numbers], speeds: Float[np.ndarray, " k"], gains: Float[np.ndarray, " k"]
+) -> Numbers:
     """What is found of a process, or what its code raises while JAX traces it as one line."""
     try:
         return ask(widened(process), speeds, gains)

@@ -6,15 +6,16 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float, Real
 
 from lobex import _checks
 from lobex._pytree import pytree
+from lobex._shapes import AnyArray, Number
 from lobex.systems.coefficients import Coefficient, Constant, Function
 from lobex.systems.delays import ConstantDelay, Delay, Varying, WholePeriod
 from lobex.systems.terms import Distributed
 from lobex.systems.traits import followers
 
-Array = Any
 # A number or an array, or a function of (t, speed, gain) in pure JAX, t in s.
 Given = Any
 
@@ -22,10 +23,10 @@ Given = Any
 class Point(NamedTuple):
     """Where functions are asked: speed, gain, and the period and its breaks at them."""
 
-    speed: Array
-    gain: Array
-    period: Array
-    breaks: Array
+    speed: Number
+    gain: Number
+    period: Number
+    breaks: Float[AnyArray, " b"]
 
 
 @pytree(static=("name", "shape"))
@@ -36,7 +37,7 @@ class Shaped:
     name: str
     shape: tuple[int, ...]
 
-    def __call__(self, *point: Array) -> Array:
+    def __call__(self, *point: Number) -> Float[Array, "..."]:
         try:
             value = jnp.asarray(self.function(*point), dtype=jnp.result_type(float))
         except TypeError as error:
@@ -49,7 +50,7 @@ class Shaped:
         return value
 
 
-def coefficient_at(function: Callable[..., Array], point: Point) -> Coefficient:
+def coefficient_at(function: Callable[..., Any], point: Point) -> Coefficient:
     """What a function is at a point: a constant one where it does not follow the time."""
     if _follows_time(function, point):
         return Function(function, point.speed, point.gain, point.period, point.breaks)
@@ -75,15 +76,15 @@ def distributed_at(
     return Distributed(jax.tree_util.Partial(*made), start, stop, nodes)
 
 
-def _spread(kernel: Shaped, point: Point, delay: Array, weight: Array) -> Coefficient:
+def _spread(kernel: Shaped, point: Point, delay: Number, weight: Number) -> Coefficient:
     return coefficient_at(jax.tree_util.Partial(_weighted, kernel, delay, weight), point)
 
 
-def _weighted(kernel: Shaped, delay: Array, weight: Array, *point: Array) -> Array:
+def _weighted(kernel: Shaped, delay: Number, weight: Number, *point: Number) -> Float[AnyArray, "e r"]:
     return weight * kernel(delay, *point)
 
 
-def _even(matrix: Array, delay: Array, weight: Array) -> Coefficient:
+def _even(matrix: Real[AnyArray, "e r"], delay: Number, weight: Number) -> Coefficient:
     return Constant(weight * matrix)
 
 
@@ -91,10 +92,10 @@ def by_gain(function: Shaped, point: Point) -> Coefficient:
     """Of a function that does not follow the time, what it is more than without gain."""
     start, none = jnp.zeros_like(point.period), jnp.zeros_like(point.gain)
 
-    def at(gain: Array) -> Array:
+    def at(gain: Number) -> Float[Array, "e r"]:
         return function(start, point.speed, gain)
 
-    def slope(gain: Array) -> Array:
+    def slope(gain: Number) -> Float[Array, "e r"]:
         return jax.jvp(at, (gain,), (jnp.ones_like(gain),))[1]
 
     # Proportional to rounding, where a difference would lose digits.
@@ -115,7 +116,7 @@ def delay_at(name: str, delay: Given, point: Point) -> Delay:
     return ConstantDelay(function(jnp.zeros_like(point.period), point.speed, point.gain))
 
 
-def period_at(given: Given, speed: Array, gain: Array) -> Array:
+def period_at(given: Given, speed: Number, gain: Number) -> Number:
     """T, above zero or not."""
     if given is None:
         return 1 / speed
@@ -126,11 +127,11 @@ def _number() -> jax.ShapeDtypeStruct:
     return jax.ShapeDtypeStruct((), jnp.result_type(float))
 
 
-def _column(forces: Shaped, *point: Array) -> Array:
+def _column(forces: Shaped, *point: Number) -> Float[Array, "e 1"]:
     return forces(*point)[:, None]
 
 
-def _follows_time(function: Callable[..., Array], point: Point) -> bool:
+def _follows_time(function: Callable[..., Any], point: Point) -> bool:
     return any(followers(jax.make_jaxpr(lambda t: function(t, point.speed, point.gain))(_number()).jaxpr))
 
 

@@ -6,10 +6,12 @@ from typing import Any, ClassVar
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float, Real
 
 from lobex import _checks
 from lobex._float64 import in_float64
 from lobex._pytree import pytree
+from lobex._shapes import AnyArray, Number
 from lobex.processes.given import (
     Given,
     Point,
@@ -34,8 +36,6 @@ from lobex.processes.quantity import PLAIN_GAIN, SPEED_UNITS, Quantity
 from lobex.systems.coefficients import Coefficient, Constant, gauss_nodes
 from lobex.systems.system import DelaySystem
 from lobex.systems.terms import Delayed, Forcing, Present, Term
-
-Array = Any
 
 # Point delays of a distributed one: each is looked up by itself.
 _MOST_NODES = 100
@@ -76,13 +76,13 @@ class LinearDelay:
             be traced or return a wrong shape. Delays and periods that functions return are looked at by every verb.
     """
 
-    drift: Array
+    drift: Real[AnyArray, "d d"]
     delayed: Sequence[tuple[Given, Given]] = ()
     present: Given = None
     period: Given = None
-    breaks: Array = ()
-    inputs: Array | None = None
-    outputs: Array | None = None
+    breaks: Any = ()
+    inputs: Real[AnyArray, "d e"] | None = None
+    outputs: Real[AnyArray, "r d"] | None = None
     delay_range: tuple[float, float] | None = None
     speed_unit: str = "1"
     forcing: Given = None
@@ -125,8 +125,8 @@ class LinearDelay:
     @classmethod
     def second_order(
         cls,
-        mass: Array,
-        damping: Array,
+        mass: Any,
+        damping: Any,
         stiffness: Given,
         delayed: Sequence[tuple[Given, Given]] = (),
         **others: Any,
@@ -163,7 +163,7 @@ class LinearDelay:
         return cls(drift=drift, delayed=delayed, present=held, inputs=inputs, outputs=outputs, **others)
 
     @in_float64
-    def system(self, speed: Array, gain: Array) -> DelaySystem:
+    def system(self, speed: Number, gain: Number) -> DelaySystem:
         """The delay system at one speed and one gain."""
         check_point(self, speed, gain)
         period = period_at(self.period, speed, gain)
@@ -236,39 +236,39 @@ class _Less:
     """A coefficient without its mean."""
 
     whole: Coefficient
-    part: Array
+    part: Float[Array, "e r"]
 
     constant: ClassVar[bool] = False
 
     @property
-    def breaks(self) -> Array:
+    def breaks(self) -> Any:
         """Those of the whole, by which coefficients that share them are known."""
         return getattr(self.whole, "breaks", self)
 
     def pieces(self) -> Any:
         return self.whole.pieces()
 
-    def at(self, phase: Array) -> Array:
+    def at(self, phase: Float[AnyArray, " k"]) -> Float[AnyArray, "k e r"]:
         return self.whole.at(phase) - self.part
 
-    def within(self, inside: Array, phase: Array) -> Array:
+    def within(self, inside: Number, phase: Float[AnyArray, " k"]) -> Float[AnyArray, "k e r"]:
         return self.whole.within(inside, phase) - self.part
 
-    def mean(self, start: Array, stop: Array) -> Array:
+    def mean(self, start: Float[AnyArray, " k"], stop: Float[AnyArray, " k"]) -> Float[AnyArray, "k e r"]:
         return self.whole.mean(start, stop) - self.part
 
 
-def _turning(pull: Array) -> Array:
+def _turning(pull: Float[Array, "n n"]) -> Float[Array, ""]:
     """The root mean square angular frequency of q̈ = pull q, 1 where that is none."""
     turning = jnp.sqrt(jnp.abs(jnp.trace(pull)) / len(pull))
     return jax.lax.stop_gradient(jnp.where(jnp.isfinite(turning) & (turning > 0), turning, 1.0))
 
 
-def _pulling(stiffness: Any, t: Array, speed: Array, gain: Array) -> Array:
+def _pulling(stiffness: Any, t: Number, speed: Number, gain: Number) -> Float[Array, "n n"]:
     return -jnp.atleast_2d(stiffness(t, speed, gain))
 
 
-def _present(given: Given, shape: tuple[int, int], point: Point) -> tuple[Array, Coefficient | None]:
+def _present(given: Given, shape: tuple[int, int], point: Point) -> tuple[Float[Array, "e r"], Coefficient | None]:
     """What of P does not follow the gain, as a mean, and the rest.
 
     The structure is solved exactly, so as much is made a part of it as can be.

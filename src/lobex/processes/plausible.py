@@ -14,8 +14,6 @@ from lobex import _checks
 from lobex._warnings import warn
 from lobex.processes.quantity import has_units
 
-Array = Any
-
 # Above every lobe: the first one of a single mode ends at 1 pass per period of the mode.
 FAST = 5.0
 # Per period of the fastest mode, more than any machine passes: such speeds are refused. Not of the first one: a machine

@@ -1,18 +1,18 @@
 """What every process is, and the checks of the point (speed, gain) at which it is asked for."""
 
-from typing import Any, ClassVar, Protocol
+from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 
 from lobex import _checks
 from lobex._pytree import check_pytree
+from lobex._shapes import Number
 from lobex.processes.plausible import TOO_FAST, passes_per_period
 from lobex.processes.quantity import Quantity, has_units
 from lobex.systems.system import DelaySystem
 
-Array = Any
 
-
+@runtime_checkable
 class Process(Protocol):
     """A delayed process: speed (revolutions per second) and gain in, a delay system out.
 
@@ -29,7 +29,7 @@ class Process(Protocol):
     @property
     def speed_unit(self) -> str: ...
 
-    def system(self, speed: Array, gain: Array) -> DelaySystem:
+    def system(self, speed: Number, gain: Number) -> DelaySystem:
         """The delay system at one speed and one gain."""
         ...
 
@@ -54,7 +54,7 @@ def differentiable(process: Process) -> tuple[tuple[float, Process], ...]:
     return ((1.0, process),) if own is None else own()
 
 
-def check_speed(process: Process, speed: Any) -> None:
+def check_speed(process: Any, speed: Any) -> None:
     """Require finite speeds above zero, and not all of them rpm where revolutions per second are meant."""
     _checks.positive("speed", speed, "Hz (revolutions per second)")
     numbers = _checks.as_numbers("speed", speed)

@@ -1,19 +1,18 @@
 """Processes with constant regenerative feedback: a blade rubbing its own track, and turning."""
 
-from typing import Any, ClassVar
+from typing import ClassVar
 
 from lobex import _checks
 from lobex._float64 import in_float64
 from lobex._namespace import namespace
 from lobex._pytree import pytree
+from lobex._shapes import Number
 from lobex.processes.process import check_point
 from lobex.processes.quantity import CONTACT_STIFFNESS, DEPTH_OF_CUT, SPEED_UNITS, Quantity
 from lobex.structures.modes import Modes, check_modes
 from lobex.systems.coefficients import Constant
 from lobex.systems.system import DelaySystem, modal_system
 from lobex.systems.terms import Regenerative
-
-Array = Any
 
 
 @pytree(static=("speed_unit",))
@@ -41,7 +40,7 @@ class Rub:
         _checks.choice("speed_unit", self.speed_unit, SPEED_UNITS)
 
     @in_float64
-    def system(self, speed: Array, gain: Array) -> DelaySystem:
+    def system(self, speed: Number, gain: Number) -> DelaySystem:
         """The delay system at one speed (Hz) and one contact stiffness (N/m)."""
         check_point(self, speed, gain)
         return _regenerative_system(self.modes, speed, gain)
@@ -60,7 +59,7 @@ class Turning:
     """
 
     modes: Modes
-    radial: Array
+    radial: Number
     speed_unit: str = "rpm"
 
     gain: ClassVar[Quantity] = DEPTH_OF_CUT
@@ -73,13 +72,13 @@ class Turning:
         _checks.choice("speed_unit", self.speed_unit, SPEED_UNITS)
 
     @in_float64
-    def system(self, speed: Array, gain: Array) -> DelaySystem:
+    def system(self, speed: Number, gain: Number) -> DelaySystem:
         """The delay system at one spindle speed (revolutions per second) and one depth of cut (m)."""
         check_point(self, speed, gain)
         return _regenerative_system(self.modes, speed, self.radial * gain)
 
 
-def _regenerative_system(modes: Modes, speed: Array, stiffness: Array) -> DelaySystem:
+def _regenerative_system(modes: Modes, speed: Number, stiffness: Number) -> DelaySystem:
     check_modes(modes)
     lib = namespace(stiffness)
     unit = lib.eye(modes.directions, dtype=lib.result_type(float))
