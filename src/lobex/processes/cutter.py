@@ -3,12 +3,12 @@
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float, Real
 
 from lobex import _checks
 from lobex._namespace import namespace
 from lobex._pytree import pytree
-
-Array = Any
+from lobex._shapes import AnyArray, ArrayLike, Number
 
 TURN = 2 * np.pi
 _MOST_TEETH = 1000
@@ -36,10 +36,10 @@ class Cutter:
     """
 
     teeth: int
-    diameter: Array | None = None
-    pitch: Array | None = None
-    helix: Array | None = None
-    runout: Array | None = None
+    diameter: Number | None = None
+    pitch: Real[AnyArray, " teeth"] | None = None
+    helix: Number | Real[AnyArray, " teeth"] | None = None
+    runout: Real[AnyArray, " teeth"] | None = None
     alike: int = 1
 
     def __post_init__(self) -> None:
@@ -63,12 +63,12 @@ class Cutter:
     @classmethod
     def end_mill(
         cls,
-        diameter: Array | None = None,
+        diameter: Number | None = None,
         *,
         teeth: int | None = None,
-        pitch_degrees: Array | None = None,
-        helix_degrees: Array | None = None,
-        runout: Array | None = None,
+        pitch_degrees: ArrayLike | None = None,
+        helix_degrees: ArrayLike | None = None,
+        runout: ArrayLike | None = None,
     ) -> "Cutter":
         """A cylindrical end mill, angles in degrees.
 
@@ -107,22 +107,22 @@ class Cutter:
         return cls(count, diameter, pitch, helix, _checks.as_array(runout))
 
     @property
-    def pattern(self) -> Array:
+    def pattern(self) -> Float[Any, " alike"]:
         """The pitch angles until the teeth repeat, rad."""
         return self._until_alike(np.full(self.teeth, TURN / self.teeth) if self.pitch is None else self.pitch)
 
     @property
-    def steps(self) -> Array:
+    def steps(self) -> Float[Any, " alike"]:
         """Until the teeth repeat, what the radius of each has above that of the tooth ahead, m."""
         runout = self._until_alike(self.runout)
         return runout - namespace(runout).roll(runout, -1)
 
     @property
-    def twist(self) -> Array | None:
+    def twist(self) -> Any:
         """By which edges lag behind their tips, rad/m, as ``helix``."""
         return None if self.helix is None else 2 * namespace(self.helix).tan(self.helix) / self.diameter
 
-    def _until_alike(self, numbers: Any) -> Array:
+    def _until_alike(self, numbers: Any) -> Float[Any, " alike"]:
         """The mean of the teeth that are alike, so that derivatives by each come out right."""
         lib = namespace(numbers)
         return lib.mean(lib.reshape(lib.asarray(numbers, dtype=lib.result_type(float)), (self.alike, -1)), axis=0)
@@ -144,7 +144,7 @@ class Cutter:
         if shape != (self.teeth,):
             raise ValueError(f"{name} has shape {shape}; give one number in {unit} a tooth, {(self.teeth,)}")
 
-    def _check_turn(self, pitch: Array) -> None:
+    def _check_turn(self, pitch: Any) -> None:
         if _checks.is_traced(pitch):
             return
         share = np.asarray(pitch, dtype=float) / TURN
@@ -153,7 +153,7 @@ class Cutter:
             raise ValueError(f"pitch sums to {TURN * share.sum():.6g} rad; give angles that make one turn, 2π{hint}")
         object.__setattr__(self, "pitch", TURN * share / share.sum())
 
-    def _check_helix(self, helix: Array) -> None:
+    def _check_helix(self, helix: Any) -> None:
         if np.shape(helix) not in ((), (self.teeth,)):
             raise ValueError(f"helix has shape {np.shape(helix)}; give one angle, or one a tooth, {(self.teeth,)}")
         angles = _checks.as_numbers("helix", helix, "rad")

@@ -8,11 +8,13 @@ from typing import Any, ClassVar, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Array, Float
 
 from lobex import _checks
 from lobex._float64 import at_once, in_float64
 from lobex._namespace import namespace
 from lobex._pytree import pytree
+from lobex._shapes import Number
 from lobex.processes.cutter import TURN, Cutter, as_cutter
 from lobex.processes.process import check_point
 from lobex.processes.quantity import DEPTH_OF_CUT, SPEED_UNITS, Quantity
@@ -24,8 +26,6 @@ from lobex.systems.delays import Delay, Share, WholePeriod
 from lobex.systems.mesh import places_that_matter
 from lobex.systems.system import DelaySystem, Places, modal_system
 from lobex.systems.terms import Forcing, Regenerative, Term
-
-Array = Any
 
 Edges = StraightTeeth | HelicalTeeth
 
@@ -85,13 +85,13 @@ class Milling:
 
     modes: Modes
     cutter: Cutter
-    tangential: Array
-    normal: Array
-    radial_immersion: Array
+    tangential: Number
+    normal: Number
+    radial_immersion: Number
     direction: str = "down"
     layout: Layout = _UNKNOWN
     speed_unit: str = "rpm"
-    feed_per_tooth: Array | None = None
+    feed_per_tooth: Number | None = None
 
     gain: ClassVar[Quantity] = DEPTH_OF_CUT
 
@@ -99,13 +99,13 @@ class Milling:
         self,
         modes: Modes,
         cutter: Cutter | int | None = None,
-        tangential: Array = None,
-        normal: Array = None,
-        radial_immersion: Array = None,
+        tangential: Any = None,
+        normal: Any = None,
+        radial_immersion: Any = None,
         direction: str = "down",
         layout: Layout = _UNKNOWN,
         speed_unit: str = "rpm",
-        feed_per_tooth: Array | None = None,
+        feed_per_tooth: Number | None = None,
         *,
         teeth: int | None = None,
     ) -> None:
@@ -170,12 +170,12 @@ class Milling:
         with at_once():
             return layout._replace(places=places_that_matter(self.system(1.0, 1.0)))
 
-    def _shares(self) -> Array:
+    def _shares(self) -> Float[Any, " alike"]:
         """Pitch angles of the teeth of a period, in periods."""
         return self.cutter.pattern * (self.cutter.alike / TURN)
 
     @in_float64
-    def system(self, speed: Array, gain: Array) -> DelaySystem:
+    def system(self, speed: Number, gain: Number) -> DelaySystem:
         """The delay system at one spindle speed (revolutions per second) and one depth of cut (m)."""
         check_point(self, speed, gain)
         terms: list[Term] = []
@@ -192,14 +192,14 @@ class Milling:
         known.pop("parts", None)
         return modal_system(self.modes, 1 / (alike * speed), (*terms, *forcing), **known)
 
-    def _teeth(self, depth: Array) -> Iterator["_Tooth"]:
+    def _teeth(self, depth: Number) -> Iterator["_Tooth"]:
         """The teeth of a period."""
         cutter, layout = self.cutter, self.layout
         entry, exit_ = cutting_angles(self.radial_immersion, self.direction)
         if layout.parts == WHOLE and _checks.is_traced(self.radial_immersion):
             entry = _no_derivative(entry, self.radial_immersion)
 
-        def force(before: Array | None) -> Edges:
+        def force(before: Number | None) -> Edges:
             numbers = depth, self.tangential, self.normal, entry, exit_, before
             sizes = cutter.alike, self.modes.directions, CHIP
             if cutter.helix is None:
@@ -230,11 +230,11 @@ class _Tooth(NamedTuple):
 
     force: Edges
     delay: Delay
-    feed: Array | None
-    step: Array | None
+    feed: Number | None
+    step: Number | None
 
 
-def feed_force(teeth: Any, feed: Array) -> Forcing:
+def feed_force(teeth: Any, feed: Number) -> Forcing:
     """−b H(t) (feed, 0): what the feed along x gives to cut, as a displacement would."""
     lib = namespace(feed)
     unit = np.eye(teeth.directions)
@@ -242,20 +242,22 @@ def feed_force(teeth: Any, feed: Array) -> Forcing:
     return Forcing(pushed)
 
 
-def _step_force(teeth: Edges, step: Array) -> Forcing:
+def _step_force(teeth: Edges, step: Number) -> Forcing:
     """−b Σ (K_t t + K_n n) step, of a chip that is thicker by a step."""
     pushed: Any = Framed(-np.eye(teeth.directions), Likewise(teeth, replace(teeth, law=STEP)), step * np.ones((1, 1)))
     return Forcing(pushed)
 
 
 @jax.custom_jvp
-def _no_derivative(angle: Array, immersion: Array) -> Array:
+def _no_derivative(angle: Number, immersion: Number) -> Float[Array, ""]:
     """An angle whose derivative by the immersion is no number, where what follows would make a wrong one of it."""
     return jnp.asarray(angle, dtype=jnp.result_type(float))
 
 
 @_no_derivative.defjvp
-def _(primals: tuple[Array, Array], tangents: tuple[Array, Array]) -> tuple[Array, Array]:
+def _(
+    primals: tuple[Float[Array, ""], Float[Array, ""]], tangents: tuple[Float[Array, ""], Float[Array, ""]]
+) -> tuple[Float[Array, ""], Float[Array, ""]]:
     return _no_derivative(*primals), jnp.nan * tangents[1]
 
 
@@ -285,7 +287,7 @@ def _check(process: Milling) -> np.ndarray | None:
     return immersion
 
 
-def cutting_angles(radial_immersion: Array, direction: str) -> tuple[Array, Array]:
+def cutting_angles(radial_immersion: Number, direction: str) -> tuple[Number, Number]:
     """Entry and exit angles of a tooth, rad, from the feed-normal axis (Appendix A)."""
     lib = namespace(radial_immersion)
     immersion = lib.asarray(radial_immersion, dtype=lib.result_type(float))

@@ -8,8 +8,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
-
-Array = Any
+from jaxtyping import Float
 
 
 class Law(NamedTuple):
@@ -22,13 +21,13 @@ class Law(NamedTuple):
         square: whether the entries are those of a square matrix, and not of a column.
     """
 
-    at: Callable[[Any, Array], Array]
-    work: Callable[[Any, Array], Array]
-    between: Callable[[Any, Array, Array], Array]
+    at: Callable[[Any, Float[Any, " *lanes"]], Float[Any, " entries *lanes"]]
+    work: Callable[[Any, Float[Any, " *lanes"]], Float[Any, " entries *lanes"]]
+    between: Callable[[Any, Float[Any, " *lanes"], Float[Any, " *lanes"]], Float[Any, " entries *lanes"]]
     square: bool
 
 
-def specific_force(cutting: Any, angle: Array) -> Array:
+def specific_force(cutting: Any, angle: Float[Any, " *lanes"]) -> Float[Any, " entries *lanes"]:
     """H of one tooth at an angle, N/m², by entry (xx or xx, xy, yx, yy), shape (entries, …)."""
     sine, cosine = jnp.sin(angle), jnp.cos(angle)
     along, *across = by_thickness(cutting, sine, cosine)
@@ -37,7 +36,9 @@ def specific_force(cutting: Any, angle: Array) -> Array:
     return jnp.stack([along * sine, along * cosine, across[0] * sine, across[0] * cosine])
 
 
-def by_thickness(cutting: Any, sine: Array, cosine: Array) -> tuple[Array, ...]:
+def by_thickness(
+    cutting: Any, sine: Float[Any, " *lanes"], cosine: Float[Any, " *lanes"]
+) -> tuple[Float[Any, " *lanes"], ...]:
     """The force of one tooth per chip thickness and depth, N/m², along the feed and, of two directions, across it.
 
     Its antiderivative over the angle is that of −cosine and sine.
@@ -46,7 +47,7 @@ def by_thickness(cutting: Any, sine: Array, cosine: Array) -> tuple[Array, ...]:
     return (along,) if cutting.directions == 1 else (along, cutting.normal * cosine - cutting.tangential * sine)
 
 
-def specific_work(cutting: Any, angle: Array) -> Array:
+def specific_work(cutting: Any, angle: Float[Any, " *lanes"]) -> Float[Any, " entries *lanes"]:
     """Antiderivative of ``specific_force`` over the angle."""
     sine = jnp.sin(angle)
     product = sine * sine / 2
@@ -55,14 +56,16 @@ def specific_work(cutting: Any, angle: Array) -> Array:
     return _by_squares(cutting, product, sine_squared, cosine_squared)
 
 
-def work_between(cutting: Any, middle: Array, span: Array) -> Array:
+def work_between(cutting: Any, middle: Float[Any, "..."], span: Float[Any, "..."]) -> Float[Any, "entries ..."]:
     """The integral of ``specific_force`` over a range of angles, from its middle and span."""
     half = jnp.sin(span) / 2
     turned = half * jnp.cos(2 * middle)
     return _by_squares(cutting, half * jnp.sin(2 * middle), span / 2 - turned, span / 2 + turned)
 
 
-def _by_squares(cutting: Any, product: Array, sine_squared: Array, cosine_squared: Array) -> Array:
+def _by_squares(
+    cutting: Any, product: Float[Any, "..."], sine_squared: Float[Any, "..."], cosine_squared: Float[Any, "..."]
+) -> Float[Any, "entries ..."]:
     t, n = cutting.tangential, cutting.normal
     entries = [t * product + n * sine_squared]
     if cutting.directions == 2:
@@ -74,15 +77,15 @@ def _by_squares(cutting: Any, product: Array, sine_squared: Array, cosine_square
     return jnp.stack(entries)
 
 
-def _step(cutting: Any, angle: Array) -> Array:
+def _step(cutting: Any, angle: Float[Any, " *lanes"]) -> Float[Any, " entries *lanes"]:
     return jnp.stack(by_thickness(cutting, jnp.sin(angle), jnp.cos(angle)))
 
 
-def _step_work(cutting: Any, angle: Array) -> Array:
+def _step_work(cutting: Any, angle: Float[Any, " *lanes"]) -> Float[Any, " entries *lanes"]:
     return jnp.stack(by_thickness(cutting, -jnp.cos(angle), jnp.sin(angle)))
 
 
-def _step_between(cutting: Any, middle: Array, span: Array) -> Array:
+def _step_between(cutting: Any, middle: Float[Any, "..."], span: Float[Any, "..."]) -> Float[Any, "entries ..."]:
     # ∫ sin = 2 sin(span/2) sin(middle), and so for the cosine.
     return 2 * jnp.sin(span / 2) * _step(cutting, middle)
 

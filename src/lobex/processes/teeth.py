@@ -4,13 +4,13 @@ from typing import Any, ClassVar
 
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Bool, Float, Real
 
 from lobex._namespace import namespace
 from lobex._pytree import pytree
+from lobex._shapes import Number
 from lobex.processes.specific_force import Law
 from lobex.systems.coefficients import Piece, mean_by_quadrature, pieces_between
-
-Array = Any
 
 # Which parts of a period are in the cut, where that is known before tracing.
 Parts = tuple[str, ...]
@@ -33,23 +33,23 @@ class Teeth:
         law: the force of a point of an edge.
     """
 
-    depth: Array
-    tangential: Array
-    normal: Array
-    entry: Array
-    exit: Array
-    before: Array | None
+    depth: Number
+    tangential: Number
+    normal: Number
+    entry: Number
+    exit: Number
+    before: Number | None
     teeth: int
     directions: int
     law: Law
 
     constant: ClassVar[bool] = False
 
-    def _since(self, phase: Array) -> Array:
+    def _since(self, phase: Real[Any, "..."]) -> Real[Any, "..."]:
         """Phases from where the first tooth is at the angle 0."""
         return phase if self.before is None else phase + self.before
 
-    def _shaped(self, factor: Array, entries: Array) -> Array:
+    def _shaped(self, factor: Any, entries: Float[Any, "entries k"]) -> Float[Any, "k e r"]:
         matrix = factor * jnp.moveaxis(entries, 0, -1)
         return matrix.reshape(*np.shape(matrix)[:-1], self.directions, self.directions if self.law.square else 1)
 
@@ -74,7 +74,7 @@ class StraightTeeth(Teeth):
         idle = (whole == 0) if self.parts is None else self.parts[1] == "idle"
         return Piece(start, part, False), Piece(start + part, 1.0 - part, idle)
 
-    def within(self, inside: Array, phase: Array) -> Array:
+    def within(self, inside: Real[Any, "..."], phase: Real[Any, " k"]) -> Float[Any, "k e r"]:
         """The teeth that are in the cut at the phase ``inside``, wherever they are at the others."""
         pitch = 2 * jnp.pi / self.teeth
         # A whole number of revolutions, so that the angles of a piece that goes on beyond the last are its own.
@@ -85,13 +85,13 @@ class StraightTeeth(Teeth):
         cutting = (middle >= self.entry) & (middle <= self.exit)
         return self._shaped(self.depth, jnp.sum(cutting * self.law.at(self, angle), axis=-2))
 
-    def at(self, phase: Array) -> Array:
+    def at(self, phase: Real[Any, " k"]) -> Float[Any, "k e r"]:
         angle = 2 * jnp.pi / self.teeth * (self._since(phase) + jnp.arange(self.teeth)[:, None])
         angle = jnp.mod(angle, 2 * jnp.pi)
         cutting = (angle >= self.entry) & (angle <= self.exit)
         return self._shaped(self.depth, jnp.sum(cutting * self.law.at(self, angle), axis=-2))
 
-    def mean(self, start: Array, stop: Array) -> Array:
+    def mean(self, start: Real[Any, " k"], stop: Real[Any, " k"]) -> Float[Any, "k e r"]:
         pitch = 2 * jnp.pi / self.teeth
         if self.before is not None:
             first = jnp.mod(self._since(start), 1.0)
@@ -102,7 +102,7 @@ class StraightTeeth(Teeth):
         work = jnp.sum(self.law.work(self, ends[1]) - self.law.work(self, ends[0]), axis=-2)
         return self._shaped(self.depth, work / (pitch * (stop - start)))
 
-    def _engaged(self) -> tuple[Array, Array]:
+    def _engaged(self) -> tuple[Number, Number]:
         """Teeth in the cut just before a tooth enters, and the phase after it at which one leaves."""
         lib = namespace(self.exit, self.entry)
         engaged = (self.exit - self.entry) * self.teeth / (2 * lib.pi)
@@ -125,15 +125,15 @@ class HelicalTeeth(Teeth):
         twist: by which an edge lags, rad/m.
     """
 
-    twist: Array
+    twist: Number
 
     def pieces(self) -> tuple[Piece, ...]:
         return helical_pieces(self)
 
-    def at(self, phase: Array) -> Array:
+    def at(self, phase: Real[Any, " k"]) -> Float[Any, "k e r"]:
         return self.within(phase, phase)
 
-    def within(self, inside: Array, phase: Array) -> Array:
+    def within(self, inside: Real[Any, "..."], phase: Real[Any, " k"]) -> Float[Any, "k e r"]:
         """Of the places of tip and end at the phase ``inside``, before, in or after the cut."""
         lag = self.twist * self.depth
         turn, tip, tip_cuts = self._end(0.0, inside, phase)
@@ -145,10 +145,12 @@ class HelicalTeeth(Teeth):
         work = work + (turn - last_turn) * whole[:, None, None]
         return self._shaped(1 / self.twist, jnp.sum(work, axis=-2))
 
-    def mean(self, start: Array, stop: Array) -> Array:
+    def mean(self, start: Real[Any, " k"], stop: Real[Any, " k"]) -> Float[Any, "k e r"]:
         return mean_by_quadrature(self, start, stop)
 
-    def _end(self, lag: Array, inside: Array, phase: Array) -> tuple[Array, Array, Array]:
+    def _end(
+        self, lag: Any, inside: Real[Any, "..."], phase: Real[Any, " k"]
+    ) -> tuple[Float[Any, "..."], Float[Any, "teeth k"], Bool[Any, "..."]]:
         """Of an end of every edge, its revolution, its angle in it or the nearest in the cut, and whether it cuts."""
         pitch = 2 * jnp.pi / self.teeth
         order = jnp.arange(self.teeth)[:, None]
@@ -192,11 +194,11 @@ class Likewise:
     def pieces(self) -> tuple[Piece, ...]:
         return self.force.pieces()
 
-    def at(self, phase: Array) -> Array:
+    def at(self, phase: Real[Any, " k"]) -> Float[Any, "k e r"]:
         return self.force.at(phase)
 
-    def within(self, inside: Array, phase: Array) -> Array:
+    def within(self, inside: Real[Any, "..."], phase: Real[Any, " k"]) -> Float[Any, "k e r"]:
         return self.force.within(inside, phase)
 
-    def mean(self, start: Array, stop: Array) -> Array:
+    def mean(self, start: Real[Any, " k"], stop: Real[Any, " k"]) -> Float[Any, "k e r"]:
         return self.force.mean(start, stop)

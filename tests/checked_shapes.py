@@ -1,0 +1,73 @@
+"""Calls every verb with the shapes of all signatures checked: a process of its own, which test_shapes.py starts."""
+
+import warnings
+
+import jax
+import numpy as np
+import pytest
+from jaxtyping import TypeCheckError, install_import_hook
+
+# An integer is taken for a float, as type checkers do.
+install_import_hook("lobex", "beartype.beartype(conf=beartype.BeartypeConf(is_pep484_tower=True))")
+
+import lobex
+from lobex.floquet.power import pair_by_squaring
+from lobex.systems.system import DelaySystem
+
+SPEED, GAIN = np.array([60.0, 90.0]), np.array([1e5, 4e5])
+SIX = lobex.Duhamel(nodes=6)
+MODES = lobex.Rod(2).modes()
+RUB = lobex.Rub(MODES)
+MILLING = lobex.Milling(
+    modes=lobex.Modes.single(frequency=922.0, damping_ratio=0.011, mass=0.03993),
+    teeth=2,
+    tangential=6e8,
+    normal=2e8,
+    radial_immersion=0.1,
+    feed_per_tooth=1e-4,
+)
+
+
+def multipliers():
+    for method in (SIX, lobex.Chebyshev(nodes=8), lobex.SemiDiscretization(steps=8)):
+        lobex.monodromy(MILLING, 150.0, 1e-3, method)
+    lobex.multipliers(RUB, 60.0, 1e5, SIX)
+    lobex.spectral_radius(RUB, SPEED, GAIN)
+    jax.grad(lambda gain: lobex.spectral_radius(RUB, 60.0, gain, SIX))(1e5)
+
+
+def charts():
+    lobex.sweep(RUB, SPEED, GAIN)
+
+
+def limits():
+    lobex.exact_limit(RUB, SPEED)
+    lobex.exact_lobes(RUB, lobes=2)
+    lobex.critical_gain(RUB, SPEED, (0.0, 1e6))
+    one = lobex.Rub(lobex.Rod(1).modes())
+    lobex.boundary(one, np.linspace(60, 90, 3), np.linspace(1e4, 1e6, 3), SIX)
+    lobex.sensitivities(RUB, SPEED)
+
+
+def marches():
+    lobex.orbit(MILLING, 150.0, 1e-4, SIX)
+    lobex.march_delay(RUB, 60.0, 1e5, lambda t: 1e-6 * np.cos(500 * t), 2, 300)
+    lobex.march_wear(MODES, lobex.Casing(), lobex.Linear(1e5), SPEED, 2, 1024)
+    lobex.simulate_turning(MODES, lobex.Linear(1e8), 60.0, 1e-4, 1e-4, 2, 300)
+
+
+def refusals():
+    """The same check finds a wrong shape in a function, and in a system that is made."""
+    with pytest.raises(TypeCheckError, match="matrix"):
+        pair_by_squaring(jax.numpy.zeros((3, 2)), 4)
+    right = RUB.system(60.0, 1e5)
+    with pytest.raises(TypeCheckError, match="inputs"):
+        DelaySystem(right.blocks, right.outputs[:1], right.outputs, right.period, right.terms)
+
+
+if __name__ == "__main__":
+    # Of so few nodes.
+    warnings.simplefilter("ignore", lobex.SweepWarning)
+    for part in (multipliers, charts, limits, marches, refusals):
+        part()
+        print(part.__name__)
