@@ -12,7 +12,7 @@ from lobex._float64 import at_once, widened
 from lobex._shapes import AnyArray, ArrayLike, Number
 from lobex._timing import timed
 from lobex.marches.growth_fit import MOST_PERIODS, fit_growth
-from lobex.marches.linear import Motion, march_system, steps_ahead, steps_back
+from lobex.marches.linear import Marched, march_system, steps_ahead, steps_back
 from lobex.marches.march_lanes import check_length, check_steps, lanes_of, warn_of_lost_lanes
 from lobex.marches.start import History, sample_history, starting_state
 from lobex.processes.process import Process, check_process
@@ -139,7 +139,7 @@ def _check_delays(system: DelaySystem, steps: int) -> None:
         )
 
 
-def _free_states(motion: Motion, system: DelaySystem, count: int) -> np.ndarray:
+def _free_states(motion: Marched, system: DelaySystem, count: int) -> np.ndarray:
     """``_delay_states``; of a forced motion how they change from period to period, in which the orbit drops out."""
     if not system.forcing:
         return _delay_states(motion, system, count)
@@ -149,7 +149,7 @@ def _free_states(motion: Motion, system: DelaySystem, count: int) -> np.ndarray:
     return np.where(left > _SETTLED * size, change, 0.0)
 
 
-def _delay_states(motion: Motion, system: DelaySystem, count: int) -> np.ndarray:
+def _delay_states(motion: Marched, system: DelaySystem, count: int) -> np.ndarray:
     """The last ``count`` + 1 states, of z and of y in the period before, (lanes, count + 1, size), in comparable units.
 
     Where delays are longer, the fit sees a part of the motion alone, which grows as the whole does.
@@ -183,8 +183,8 @@ def _march(
     steps: int,
     periods: int,
     every: int,
-) -> Motion:
-    def lane(speed: Number, gain: Number, past: Float[AnyArray, "back m"], state: Float[AnyArray, " d"]) -> Motion:
+) -> Marched:
+    def lane(speed: Number, gain: Number, past: Float[AnyArray, "back m"], state: Float[AnyArray, " d"]) -> Marched:
         return march_system(process.system(speed, gain), past, state, steps, periods, every)
 
     return jax.vmap(lane)(speed, gain, past, state)

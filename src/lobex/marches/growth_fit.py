@@ -41,12 +41,12 @@ def fit_growth(delay_states: np.ndarray) -> Growth:
     basis = basis * kept[:, None, :]
     values, vectors = np.linalg.eig(np.swapaxes(basis, 1, 2) @ image)
     distance = np.linalg.norm(image @ vectors - (basis @ vectors) * values[:, None, :], axis=1)
-    value, error = _dominant(values, distance)
+    value, error = _largest_trusted(values, distance)
     value = np.where(np.imag(value) < 0, np.conj(value), value)
     return Growth(np.where(usable, value, np.nan), np.where(usable, error, np.nan))
 
 
-def _dominant(values: np.ndarray, distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _largest_trusted(values: np.ndarray, distance: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The largest value among those that the motion bears out."""
     trusted = distance <= np.maximum(1e3 * distance.min(axis=1, keepdims=True), 1e-6 * np.abs(values))
     index = np.argmax(np.where(trusted, np.abs(values), -1.0), axis=1)[:, None]

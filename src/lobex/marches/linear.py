@@ -23,7 +23,7 @@ _ROUNDING = 1e-6
 _Carry = tuple[Float[AnyArray, "n s"], Float[AnyArray, "back m"]]
 
 
-class Motion(NamedTuple):
+class Marched(NamedTuple):
     """What a march leaves: y at the kept steps, (periods, steps/every, r), and z after every period, (periods, d)."""
 
     output: Float[AnyArray, "*lanes periods steps r"]
@@ -47,7 +47,7 @@ def march_system(
     steps: int,
     periods: int,
     every: int = 1,
-) -> Motion:
+) -> Marched:
     """March ż = A z + E [P y + Σ Q w(t − τ) + g] from t = 0 on, in equal steps of T/steps.
 
     The free motion of every block is exact, so stiff modes cost nothing and do not limit the step. The force is that
@@ -134,7 +134,7 @@ def march_system(
         return (z, record), (after[every - 1 :: every], z.reshape(-1))
 
     start = jnp.reshape(state, (n, s)), past
-    return Motion(*jax.lax.scan(one_period, start, None, length=periods)[1])
+    return Marched(*jax.lax.scan(one_period, start, None, length=periods)[1])
 
 
 def _remembered(system: DelaySystem, state: Float[AnyArray, "n s"]) -> Float[Array, " m"]:

@@ -12,7 +12,7 @@ from lobex import _checks
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray, Number
 from lobex.operators.exponential import exponential
-from lobex.operators.lookup import places
+from lobex.operators.lookup import look_up
 from lobex.operators.operator import MOST_NODES, MonodromyOperator, in_form
 from lobex.systems.mesh import Mesh, mesh_of, pieces_of
 from lobex.systems.system import DelaySystem, Forces, dense_outputs
@@ -253,7 +253,7 @@ class _Found(NamedTuple):
 def _looked_up(system: DelaySystem, mesh: Mesh, nodes: int) -> _Found:
     q, history = nodes - 1, mesh.history
     points = chebyshev_points(nodes)
-    slot, inside = places(system, mesh, points[1:])
+    slot, inside = look_up(system, mesh, points[1:])
     weights = chebyshev_polynomials(2 * inside - 1, nodes) @ _synthesis(nodes)
     here = (jnp.arange(history + 1) == slot[..., None])[..., None]
     # The last point of a piece is the first of the next.

@@ -20,7 +20,7 @@ def pieces_back(mesh: Mesh) -> np.ndarray:
     return (np.arange(mesh.pieces)[:, None] + np.arange(-mesh.history, 1)) % mesh.pieces
 
 
-def places(system: DelaySystem, mesh: Mesh, points: np.ndarray) -> tuple[Int[Array, "M K q"], Float[Array, "M K q"]]:
+def look_up(system: DelaySystem, mesh: Mesh, points: np.ndarray) -> tuple[Int[Array, "M K q"], Float[Array, "M K q"]]:
     """Where each of K delays finds what acts at points of every piece.
 
     Args:

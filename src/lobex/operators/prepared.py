@@ -12,9 +12,9 @@ from jaxtyping import Array, Float, Int, Shaped
 
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray
-from lobex.operators.lookup import pieces_back, places
+from lobex.operators.lookup import look_up, pieces_back
 from lobex.operators.moments import legendre_values
-from lobex.operators.response import Response, forced_response, free_response, gauss_nodes
+from lobex.operators.response import PieceResponse, forced_response, free_response, gauss_nodes
 from lobex.systems.mesh import Mesh, mesh_of
 from lobex.systems.system import DelaySystem
 
@@ -130,7 +130,7 @@ def prepare(system: DelaySystem, nodes: int, in_flight: int) -> Prepared:
 
 
 def _looked_up(
-    system: DelaySystem, mesh: Mesh, response: Response, states: Float[Array, "M H d N"], nodes: int
+    system: DelaySystem, mesh: Mesh, response: PieceResponse, states: Float[Array, "M H d N"], nodes: int
 ) -> tuple[Float[Array, "M K qm N"], Float[Array, "M K qm qe"] | None]:
     """What every delay brings to the nodes of every piece, from the past and from the forces of the same piece."""
     d, size = system.state_size, jnp.shape(states)[-1]
@@ -153,7 +153,7 @@ def _looked_up(
         return whole.reshape(*rows, size), made[..., history, d:].reshape(*rows, width)
 
     order = jnp.asarray(pieces_back(mesh))
-    slot, inside = places(system, mesh, gauss_nodes(nodes)[0])
+    slot, inside = look_up(system, mesh, gauss_nodes(nodes)[0])
     remembered, recent = jax.lax.map(at_piece, (slot, inside, order, states))
     return remembered, recent if mesh.recent else None
 

@@ -27,7 +27,7 @@ _TERMS = 14
 _FOLLOWED = 1e-2
 
 
-class Response(NamedTuple):
+class PieceResponse(NamedTuple):
     """What a piece makes of its start state and of the forces at its q nodes; it depends on the speed alone.
 
     Attributes:
@@ -68,7 +68,9 @@ def _cells(nodes: int, points: tuple[float, ...]) -> tuple[np.ndarray, np.ndarra
     return edges, np.einsum("kl,clj->ckj", analysis, basis.reshape(len(width), len(local), nodes))
 
 
-def forced_response(system: DelaySystem, length: Number, nodes: int, recalled: np.ndarray | None = None) -> Response:
+def forced_response(
+    system: DelaySystem, length: Number, nodes: int, recalled: np.ndarray | None = None
+) -> PieceResponse:
     """The response over a piece, exact for forces that are polynomials of degree below ``nodes``.
 
     Duhamel's integral is marched from node to node: over each cell the modes fly freely, and the force's
@@ -125,7 +127,7 @@ def forced_response(system: DelaySystem, length: Number, nodes: int, recalled: n
     through = jnp.einsum("nab,nm->namb", by_start[-1], jnp.eye(n, dtype=dtype)).reshape(n * s, n * s)
     push = by_force[-1].reshape(n * s, nodes * e)
     missed = tail_bound(quickness(jnp.asarray(blocks)) * system.period * length / 2, nodes)
-    return Response(free, forced, through, push, jnp.concatenate(memory, axis=1), missed)
+    return PieceResponse(free, forced, through, push, jnp.concatenate(memory, axis=1), missed)
 
 
 def tail_bound(turn: Numbers, nodes: Any) -> Float[AnyArray, "..."]:

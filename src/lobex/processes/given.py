@@ -181,7 +181,7 @@ def as_duration(name: str, given: Given) -> Any:
     return given
 
 
-def as_pair(index: int, pair: Any, shape: tuple[int, int]) -> tuple[Any, Any]:
+def as_delayed(index: int, pair: Any, shape: tuple[int, int]) -> tuple[Any, Any]:
     """A matrix and its delay, None for a period."""
     name = f"delayed[{index}]"
     if not isinstance(pair, tuple | list) or len(pair) != 2:
