@@ -64,6 +64,14 @@ def test_a_symmetric_structure_is_two_of_one_contact():
     assert len(set(np.argmin(parts, axis=0))) == 2
 
 
+def test_sharp_resonances_keep_their_digits():
+    # Where two contacts have nothing in common, the limit is that of one: near 1e-7 of a frequency from its resonance.
+    x, y = (lobex.Modes([own, 1.7 * own], [1e-7, 2e-7], [[1.0], [0.7]]) for own in (900.0, 1000.0))
+    limit = lobex.exact_limit(lobex.Rub(lobex.Modes.plane(x=x, y=y)), SPEEDS).gain
+    each = [lobex.exact_limit(lobex.Rub(one), SPEEDS).gain for one in (x, y)]
+    assert limit == pytest.approx(np.min(each, axis=0), rel=1e-12)
+
+
 def test_equal_blades_that_are_not_coupled_have_the_limit_of_one():
     one = lobex.Modes.single(frequency=400.0, damping_ratio=0.005, mass=1 / 9)
     process = lobex.Rub(lobex.Modes.plane(x=one, y=one))

@@ -56,17 +56,21 @@ def settled(
     """
     there = np.isfinite(gain)
     known = _numbers(sections)
-    place = np.where(there, omega, known.angular_frequency[0])
+    omega = np.where(there, omega, known.angular_frequency[0])
+    # Beside a sharp resonance the distance from it keeps its digits, see ``ReceptanceCurve``.
+    nearest = np.argmin(np.abs(known.angular_frequency - omega[..., None]), axis=-1)
+    anchor = known.angular_frequency[nearest]
+    offset = omega - anchor
     # On the boundary 1 + K λ (1 − e^{−jωτ}) = 0.
-    value = -1 / (np.where(there, gain, 1.0) * (1 - np.exp(-1j * np.where(there, place / still, 1.0))))
+    value = -1 / (np.where(there, gain, 1.0) * (1 - np.exp(-1j * np.where(there, omega / still, 1.0))))
     for _ in range(_STEPS):
-        left, right, twice = _vectors(known, place, value)
-        value, miss, rate = _missed(known, left, right, still, place, lobe)
+        left, right, _ = _vectors(known, anchor, offset, value)
+        value, miss, rate = _missed(known, left, right, still, anchor, offset, lobe)
         step = miss / np.where(rate == 0, np.inf, rate)
-        place = place - np.where(np.abs(step) < _ASIDE * place, step, 0.0)
-    left, right, twice = _vectors(known, place, value)
-    traced = _checks.is_traced((sections, speed))
-    gain, omega = (_carried if traced else _on_the_boundary)(sections, speed, left, right, place, lobe)
+        offset = offset - np.where(np.abs(step) < _ASIDE * omega, step, 0.0)
+    left, right, twice = _vectors(known, anchor, offset, value)
+    found = _carried if _checks.is_traced((sections, speed)) else _on_the_boundary
+    gain, omega = found(sections, speed, left, right, anchor, offset, lobe)
     # A product, so that where there is no limit its derivative is no number either.
     some = np.where(there, 1.0, np.nan)
     return some * gain, some * omega, lobe, tie | twice & there
@@ -77,10 +81,12 @@ def _on_the_boundary(
     speed: Numbers,
     left: Complex[AnyArray, "*lanes m"],
     right: Complex[AnyArray, "*lanes m"],
-    omega: Float[AnyArray, " *lanes"],
+    anchor: Float[AnyArray, " *lanes"],
+    offset: Float[AnyArray, " *lanes"],
     lobe: Int[AnyArray, " *lanes"],
 ) -> tuple[Float[AnyArray, " *lanes"], Float[AnyArray, " *lanes"]]:
-    return on_boundary(_missed(sections, left, right, speed, omega, lobe)[0].real), omega
+    """Gain and ω of a root."""
+    return on_boundary(_missed(sections, left, right, speed, anchor, offset, lobe)[0].real), anchor + offset
 
 
 @jax.jit
@@ -89,13 +95,14 @@ def _carried(
     speed: Numbers,
     left: Complex[AnyArray, "*lanes m"],
     right: Complex[AnyArray, "*lanes m"],
-    omega: Float[AnyArray, " *lanes"],
+    anchor: Float[AnyArray, " *lanes"],
+    offset: Float[AnyArray, " *lanes"],
     lobe: Int[AnyArray, " *lanes"],
 ) -> tuple[Float[AnyArray, " *lanes"], Float[AnyArray, " *lanes"]]:
     """As above, with derivatives: a step of Newton's method from the root carries them."""
-    _, miss, rate = _missed(sections, left, right, speed, omega, lobe)
-    omega = omega - (miss - jax.lax.stop_gradient(miss)) / rate
-    return _on_the_boundary(sections, speed, left, right, omega, lobe)
+    _, miss, rate = _missed(sections, left, right, speed, anchor, offset, lobe)
+    offset = offset - (miss - jax.lax.stop_gradient(miss)) / rate
+    return _on_the_boundary(sections, speed, left, right, anchor, offset, lobe)
 
 
 def _numbers(tree: Any) -> Any:
@@ -115,10 +122,13 @@ def _numbers(tree: Any) -> Any:
 
 
 def _vectors(
-    sections: Sections, omega: Float[AnyArray, " *lanes"], expected: Complex[AnyArray, " *lanes"]
+    sections: Sections,
+    anchor: Float[AnyArray, " *lanes"],
+    offset: Float[AnyArray, " *lanes"],
+    expected: Complex[AnyArray, " *lanes"],
 ) -> tuple[Complex[np.ndarray, "*lanes m"], Complex[np.ndarray, "*lanes m"], Bool[np.ndarray, " *lanes"]]:
-    """Of the eigenvalue nearest to the one expected at ω, (…), the vectors x and y, and whether it has a double."""
-    values, vectors = np.linalg.eig(_responses(sections, omega)[0])
+    """Of the eigenvalue nearest to the one expected, (…), the vectors x and y, and whether it has a double."""
+    values, vectors = np.linalg.eig(_responses(sections, anchor, offset)[0])
     nearest = np.argmin(np.abs(values - expected[..., None]), axis=-1)[..., None]
     value = np.take_along_axis(values, nearest, axis=-1)
     double = np.sum(np.abs(values - value) <= _TIE * np.abs(value), axis=-1) > 1
@@ -131,18 +141,21 @@ def _missed(
     left: Complex[AnyArray, "*lanes m"],
     right: Complex[AnyArray, "*lanes m"],
     speed: Numbers,
-    omega: Float[AnyArray, " *lanes"],
+    anchor: Float[AnyArray, " *lanes"],
+    offset: Float[AnyArray, " *lanes"],
     lobe: Int[AnyArray, " *lanes"],
 ) -> tuple[Complex[AnyArray, " *lanes"], Float[AnyArray, " *lanes"], Float[AnyArray, " *lanes"]]:
-    """λ at ω, by how many turns the phase misses that of the lobe, and the derivative of that by ω."""
-    lib = namespace(sections, omega)
-    response, slope = (lib.einsum("...i,...ij,...j", left, part, right) for part in _responses(sections, omega)[:2])
+    """λ, by how many turns the phase misses that of the lobe, and the derivative of that by ω."""
+    lib, responses = namespace(sections, offset), _responses(sections, anchor, offset)[:2]
+    response, slope = (lib.einsum("...i,...ij,...j", left, part, right) for part in responses)
     rate = 1 / (2 * np.pi * speed)
-    return response, (omega * rate - lobe) + half_turns(response), rate + half_turn_rate(response, slope)
+    turns = (anchor * rate - lobe) + offset * rate
+    return response, turns + half_turns(response), rate + half_turn_rate(response, slope)
 
 
 def _responses(
-    sections: Sections, omega: Float[AnyArray, " *lanes"]
+    sections: Sections, anchor: Float[AnyArray, " *lanes"], offset: Float[AnyArray, " *lanes"]
 ) -> tuple[Complex[AnyArray, "*lanes m m"], Complex[AnyArray, "*lanes m m"], Complex[AnyArray, "*lanes m m"]]:
-    lib = namespace(sections, omega)
-    return modal_response(sections, lib.asarray(sections.angular_frequency) - omega[..., None], omega)
+    lib = namespace(sections, offset)
+    distance = (lib.asarray(sections.angular_frequency) - anchor[..., None]) - offset[..., None]
+    return modal_response(sections, distance, anchor + offset)
