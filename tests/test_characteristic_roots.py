@@ -256,7 +256,7 @@ SWAYING = lobex.LinearDelay([[-1.0]], [(alone, swaying)], period=2 * np.pi, dela
         (lobex.DelayedMathieu(delta=1.0, epsilon=1.0), "periodic coefficients"),
         (lobex.Rub(lobex.Modes.plane(x=TOOL, y=TOOL)), "2 contact directions"),
         (Offset(), "not proportional to the gain"),
-        (Pitched((0.3, 0.7)), "2 delays"),
+        (Pitched((1 / 9,) * 9), "9 delays"),
         (SWAYING, "delay varies"),
         (3.0, "is no process"),
     ],

@@ -118,7 +118,7 @@ def _at_zero(opened: Open, most: float) -> AxisPlaces:
     terms = constant * both
     response, steepness = np.sum(terms, axis=0).real, np.sum(first * both + terms * either, axis=0).real
     feedback = opened.present + opened.delayed
-    value, slope = -weighted(feedback, response), weighted(opened.delayed, response) - weighted(feedback, steepness)
+    value, slope = -weighted(feedback, response), weighted(opened.fading, response) - weighted(feedback, steepness)
     lane = np.flatnonzero(-value * most > 1)
     zero = np.zeros(len(lane))
     return AxisPlaces(lane, zero, -1 / value[lane], -value[lane] / slope[lane] + 0j, zero)

@@ -4,6 +4,7 @@ What is returned is what was counted: at the gain itself, on a line at a small d
 number of roots beyond is that of the roots in hand.
 """
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -12,11 +13,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 
+from lobex.characteristic import several_delays
 from lobex.characteristic.cells import over_modes
 from lobex.characteristic.closed_loop import Loops
 from lobex.characteristic.lanes import in_few_sizes, placed, take
 from lobex.characteristic.line import PLACES, roots_beyond
 from lobex.characteristic.peaks import foremost, highest, moved_poles, peaks
+from lobex.characteristic.several_delays import SeveralDelays
 
 # Roots that are remembered of each lane.
 ROOTS = 6
@@ -41,8 +44,9 @@ class Climbed(NamedTuple):
 class _Search:
     """The lanes of one chunk and what is known of each: roots found, and lines with roots beyond and without."""
 
-    def __init__(self, loops: Loops, guesses: Complex[Any, "l _"] | None, apart: float) -> None:
-        lanes = np.shape(loops.first)[1]
+    def __init__(self, loops: Loops | SeveralDelays, guesses: Complex[Any, "l _"] | None, apart: float) -> None:
+        lanes = loops.lanes
+        self.ways = _SEVERAL if isinstance(loops, SeveralDelays) else _ONE
         self.loops, self.on_device = loops, placed(loops.filled())
         self.found: Any = np.full((lanes, ROOTS), np.nan + 0j)
         self.distance = np.full(lanes, apart)
@@ -53,7 +57,7 @@ class _Search:
             self.add(np.arange(lanes), guesses, np.full((lanes, 0), np.nan + 0j))
         bare = np.flatnonzero(self.foremost == -np.inf)
         self.level = self.foremost - self.distance
-        self.level[bare] = _first_level(take(loops, bare))
+        self.level[bare] = self.ways.first_level(take(loops, bare))
 
     @property
     def foremost(self) -> Float[Any, " l"]:
@@ -62,7 +66,7 @@ class _Search:
     def add(self, lane: Int[Any, " k"], starts: Complex[Any, "k s"], roots: Complex[Any, "k u"]) -> None:
         """Keep roots, and those that Newton's method reaches beyond the level from starts (k, s) of lanes (k,)."""
         row, column = np.nonzero(np.isfinite(starts))
-        root, converged = newton(self.on_device, lane[row], starts[row, column])
+        root, converged = newton(self.on_device, lane[row], starts[row, column], self.ways.steps)
         converged &= root.real > self.level[lane[row]]
         new = np.full(starts.shape, np.nan + 0j)
         new[row[converged], column[converged]] = root[converged]
@@ -81,11 +85,11 @@ class _Search:
     def look(self, lane: Int[Any, " k"]) -> tuple[Bool[Any, " k"], Bool[Any, " k"]]:
         """Count beyond the levels of the lanes, and seek what is not in hand; which are proven, and which go on."""
         level = self.level[lane]
-        count = roots_beyond(self.loops, self.on_device, lane, level)
+        count = self.ways.count(self.loops, self.on_device, lane, level)
         proven = count.decided & (count.roots > 0) & (self._in_hand(lane) == count.roots)
         rest = np.flatnonzero(~proven)
         if len(rest):
-            starts, unmoved = _starts(self.loops, lane[rest], level[rest], count.places[rest])
+            starts, unmoved = _starts(self.ways, self.loops, lane[rest], level[rest], count.places[rest])
             self.add(lane[rest], starts, unmoved)
             in_hand, roots = self._in_hand(lane[rest]), count.roots[rest]
             proven[rest] = count.decided[rest] & (roots > 0) & (in_hand == roots)
@@ -118,14 +122,14 @@ class _Search:
         self.level[lane] = np.where(has, foremost - self.distance[lane], middle)
 
 
-def climb(loops: Loops, guesses: Complex[Any, "l _"] | None = None, apart: float = _APART) -> Climbed:
+def climb(loops: Loops | SeveralDelays, guesses: Complex[Any, "l _"] | None = None, apart: float = _APART) -> Climbed:
     """The rightmost roots of lanes (l,), from places (l, k) where roots are thought to be, NaN-filled.
 
     The first line is that far from the foremost of these.
     """
     search = _Search(loops, guesses, apart)
-    proven = np.zeros(np.shape(loops.first)[1], dtype=bool)
-    left = np.flatnonzero(np.all(np.isfinite(loops.first), axis=0))
+    proven = np.zeros(loops.lanes, dtype=bool)
+    left = np.flatnonzero(loops.finite)
     for _ in range(_ROUNDS):
         if not len(left):
             break
@@ -135,12 +139,15 @@ def climb(loops: Loops, guesses: Complex[Any, "l _"] | None = None, apart: float
     return Climbed(search.found, proven)
 
 
-def newton(loops: Any, lane: Int[Any, " k"], start: Complex[Any, " k"]) -> tuple[Complex[Any, " k"], Bool[Any, " k"]]:
+def newton(
+    loops: Any, lane: Int[Any, " k"], start: Complex[Any, " k"], steps: Callable[..., Any] | None = None
+) -> tuple[Complex[Any, " k"], Bool[Any, " k"]]:
     """Roots from starts (k,) of lanes, Im z ≥ 0, and whether they are."""
+    steps = steps or _newton
     root, change = start.astype(complex), np.full(len(lane), np.inf)
     left = np.arange(len(lane))
     for _ in range(_ROUNDS_OF_STEPS):
-        root[left], change[left] = in_few_sizes(partial(_newton, loops), (lane[left], root[left]))
+        root[left], change[left] = in_few_sizes(partial(steps, loops), (lane[left], root[left]))
         with np.errstate(invalid="ignore"):
             left = left[change[left] >= _CONVERGED * (1 + np.abs(root[left]))]
         if not len(left):
@@ -183,7 +190,7 @@ def _first_level(loops: Loops) -> Float[Any, " l"]:
 
 
 def _starts(
-    loops: Loops, lane: Int[Any, " k"], level: Float[Any, " k"], places: Complex[Any, "k p"]
+    ways: "_Ways", loops: Any, lane: Int[Any, " k"], level: Float[Any, " k"], places: Complex[Any, "k p"]
 ) -> tuple[Complex[Any, "k s"], Complex[Any, "k u"]]:
     """Where to look for roots beyond the lines: next to the places on them, and next to poles beyond, (k, s).
 
@@ -191,7 +198,7 @@ def _starts(
     """
     mine = take(loops, lane)
     near, still = [], []
-    for pole, move in zip(*moved_poles(mine, foremost(mine)), strict=True):
+    for pole, move in zip(*ways.moved_poles(mine, foremost(mine)), strict=True):
         with np.errstate(all="ignore"):
             beyond = (pole.real > level) & (pole.imag >= 0)
             unmoved = np.abs(move) < _UNMOVED * (1 + np.abs(pole))
@@ -208,3 +215,21 @@ def _starts(
 
 def _real(z: Complex[Any, "..."]) -> Float[Any, "..."]:
     return np.where(np.isnan(z.real), -np.inf, z.real)
+
+
+class _Ways(NamedTuple):
+    """What is done otherwise with one delay and with several."""
+
+    count: Callable[..., Any]
+    steps: Callable[..., Any]
+    first_level: Callable[[Any], Any]
+    moved_poles: Callable[..., tuple[Any, Any]]
+
+
+_ONE = _Ways(roots_beyond, _newton, _first_level, moved_poles)
+_SEVERAL = _Ways(
+    several_delays.roots_beyond,
+    several_delays.newton,
+    lambda there: there.rightmost - _APART,
+    several_delays.moved_poles,
+)

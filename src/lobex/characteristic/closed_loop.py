@@ -9,7 +9,7 @@ delay.
 from typing import Any, NamedTuple
 
 import numpy as np
-from jaxtyping import Complex, Float, Inexact
+from jaxtyping import Bool, Complex, Float, Inexact
 
 from lobex.characteristic.lanes import with_modes
 
@@ -49,6 +49,16 @@ class Loops(NamedTuple):
         return [self._replace(first=a, constant=b) for a, b in zip(self.first, self.constant, strict=True)]
 
     @property
+    def lanes(self) -> int:
+        """Their number."""
+        return np.shape(self.upper)[1]
+
+    @property
+    def finite(self) -> Bool[Any, " l"]:
+        """Of which lanes all is a number, (lanes,)."""
+        return np.all(np.isfinite(self.first), axis=0)
+
+    @property
     def rightmost(self) -> Float[Any, " l"]:
         """The largest real part of a pole, (lanes,)."""
         return np.max(np.maximum(self.upper.real, self.lower.real), axis=0)
@@ -58,7 +68,7 @@ def close(
     drift: Float[Any, "l d d"],
     inputs: Float[Any, "l d"],
     present: Float[Any, "l d"],
-    delayed: Float[Any, "l d"],
+    delayed: Float[Any, "l *k d"],
 ) -> Loops:
     """The loops of ż = A z + E (P z + Q w), from z's delayed value w to itself.
 
@@ -66,9 +76,12 @@ def close(
         drift: A, (l, d, d).
         inputs: E, (l, d).
         present: P, (l, d).
-        delayed: Q, (l, d).
+        delayed: Q, (l, d), or (l, k, d) of k delays, with as many responses.
     """
-    closed = responses(drift + inputs[:, :, None] * present[:, None, :], inputs, delayed[:, None])
+    drift = drift + inputs[:, :, None] * present[:, None, :]
+    if np.ndim(delayed) == 3:
+        return responses(drift, inputs, delayed)
+    closed = responses(drift, inputs, delayed[:, None])
     return closed._replace(first=closed.first[:, 0], constant=closed.constant[:, 0])
 
 

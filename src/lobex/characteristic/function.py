@@ -1,8 +1,9 @@
-"""The characteristic function of constant feedback with one delay by one force, and its derivative.
+"""The characteristic function of constant feedback with constant delays by one force, and its derivative.
 
 With z = sτ and feedback K(p y + q w) of outputs y now and w a delay ago, the multipliers over the delay are e^z of the
 roots of 1 + K L(z) = 0, where L(z) = −Σ (p + q e^{−z}) H(z) over the outputs and H(z) = τ C (zI − τA)⁻¹ E is a sum over
-the blocks of A. Along a root dz/d(log K) = −L/L′.
+the blocks of A. Of several delays τ is the longest, and an output that is seen θτ ago has e^{−zθ}. Along a root
+dz/d(log K) = −L/L′.
 """
 
 import math
@@ -36,6 +37,7 @@ class Contact:
         doubt: how far off the denominators' coefficients may be, the leading one included, in ulps of 1, (n, s + 1, …).
         present: p of each output, shape (o, …).
         delayed: q, shape (o, …).
+        lag: the delay of each output, of the longest, shape (o, …); None where there is one.
     """
 
     numerator: Float[Any, "n s o *lanes"]
@@ -43,6 +45,7 @@ class Contact:
     doubt: Float[Any, "n s+1 *lanes"]
     present: Float[Any, " o *lanes"]
     delayed: Float[Any, " o *lanes"]
+    lag: Float[Any, " o *lanes"] | None = None
 
     def filled(self) -> "Contact":
         """With modes that add nothing, up to one of a few numbers of them, for which programs are compiled."""
@@ -53,7 +56,16 @@ class Contact:
             with_modes(self.doubt, np.zeros(1)),
             self.present,
             self.delayed,
+            self.lag,
         )
+
+    def before(self, z: Complex[Any, "..."]) -> tuple[list[Any], list[Any]]:
+        """q e^{−zθ} of each output, and less its derivative by z."""
+        if self.lag is None:
+            turned = [q * decaying(z) for q in self.delayed]
+            return turned, turned
+        turned = [q * decaying(lag * z) for q, lag in zip(self.delayed, self.lag, strict=True)]
+        return turned, [lag * part for part, lag in zip(turned, self.lag, strict=True)]
 
 
 class Response(NamedTuple):
@@ -148,9 +160,9 @@ def response(contact: Contact, z: Complex[Any, " *lanes"]) -> Response:
 def loop(contact: Contact, z: Complex[Any, " *lanes"]) -> Loop:
     """L and its derivative; ``z`` is complex, and its trailing axes are the contact's lanes."""
     at = response(contact, z)
-    before = [q * decaying(z) for q in contact.delayed]
+    before, fading = contact.before(z)
     feedback = [p + b for p, b in zip(contact.present, before, strict=True)]
-    return Loop(-weighted(feedback, at.value), weighted(before, at.value) - weighted(feedback, at.slope))
+    return Loop(-weighted(feedback, at.value), weighted(fading, at.value) - weighted(feedback, at.slope))
 
 
 def _polynomial(

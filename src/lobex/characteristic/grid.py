@@ -15,6 +15,7 @@ from lobex.characteristic.lanes import LANES, take
 from lobex.characteristic.last_digits import polish
 from lobex.characteristic.loci import loci
 from lobex.characteristic.open_loop import Open
+from lobex.characteristic.several_delays import SeveralDelays
 
 # Every so many gains are looked at from scratch.
 _STRIDE = 8
@@ -29,7 +30,7 @@ _GOLDEN = (5**0.5 - 1) / 2
 
 
 class Structure(NamedTuple):
-    """ż = A z + E K(p y + q y(t − τ)), y = C z, at n speeds.
+    """ż = A z + E K(p y + q y(t − θ τ)), y = C z, at n speeds.
 
     Attributes:
         drift: A, (n, d, d), 1/s.
@@ -37,8 +38,9 @@ class Structure(NamedTuple):
         outputs: C, (n, o, d).
         present: p, (n, o).
         delayed: q, (n, o).
-        delay: τ, (n,), s.
+        delay: τ, the longest, (n,), s.
         period: T, (n,), s.
+        lag: θ of each output, (n, o), of which the first is what acts now; None where there is one delay.
     """
 
     drift: Float[Any, "*n d d"]
@@ -48,16 +50,18 @@ class Structure(NamedTuple):
     delayed: Float[Any, "*n o"]
     delay: Float[Any, " *n"]
     period: Float[Any, " *n"]
+    lag: Float[Any, "*n o"] | None = None
 
     @property
     def same(self) -> bool:
-        """Whether the speed enters through delay and period alone."""
-        return all(bool(np.all(part == part[:1])) for part in self[:-2])
+        """Whether the speed enters through delays and period alone."""
+        return all(bool(np.all(part == part[:1])) for part in self[:5])
 
     @property
     def opened(self) -> Open:
         """L of every speed in sτ."""
-        return Open(self.present.T, self.delayed.T, self.alone().at_delay(self.delay))
+        lag = None if self.lag is None else self.lag.T
+        return Open(self.present.T, self.delayed.T, self.alone().at_delay(self.delay), lag)
 
     def alone(self) -> Loops:
         """H of every speed in s."""
@@ -67,8 +71,11 @@ class Structure(NamedTuple):
     def closed(self, row: Int[Any, " l"], gain: Float[Any, " l"]) -> Loops:
         """The loops in s of speeds and gains, (l,) each."""
         drift, inputs, outputs = (part[row] for part in self[:3])
-        feedback = (gain[:, None] * part[row] for part in (self.present, self.delayed))
-        return close(drift, inputs, *((part[:, None] @ outputs)[:, 0] for part in feedback))
+        present, delayed = (gain[:, None] * part[row] for part in (self.present, self.delayed))
+        now = (present[:, None] @ outputs)[:, 0]
+        if self.lag is not None:
+            return close(drift, inputs, now, (delayed[:, :, None] * outputs)[:, 1:])
+        return close(drift, inputs, now, (delayed[:, None] @ outputs)[:, 0])
 
 
 def rightmost_roots(
@@ -77,7 +84,7 @@ def rightmost_roots(
     """The rightmost roots z, Im z ≥ 0, their errors, and whether they are proven, each (n, m), for gains (m,) ≠ 0."""
     shape = len(structure.delay), len(gains)
     row, column = np.indices(shape)
-    if shape[1] >= _MANY_GAINS and shape[0] * shape[1] >= _MANY_POINTS:
+    if structure.lag is None and shape[1] >= _MANY_GAINS and shape[0] * shape[1] >= _MANY_POINTS:
         return _by_strips(structure, contact, gains)
     return _polished(contact, row, gains[column], *_from_neighbours(structure, gains))
 
@@ -126,6 +133,11 @@ def _from_neighbours(structure: Structure, gains: Float[Any, " m"]) -> tuple[Com
             i, j = row[index], columns[number[index]]
             guesses = [found[i, other[number[index]], :_KEPT] for other in beside]
             found[i, j], proven[i, j] = climb(closed(i, j), np.concatenate(guesses, axis=1) if guesses else None)
+            # Roots beside may lead past the foremost.
+            again = np.flatnonzero(~proven[i, j]) if guesses else index[:0]
+            if len(again):
+                i, j = i[again], j[again]
+                found[i, j], proven[i, j] = climb(closed(i, j))
 
         in_chunks(work, len(row), LANES)
 
@@ -164,7 +176,7 @@ def _polished(
     return root, error, proven & np.isfinite(error)
 
 
-def _closed_at(structure: Structure, gains: Float[Any, " m"]) -> Callable[[Int[Any, " _"], Int[Any, " _"]], Loops]:
+def _closed_at(structure: Structure, gains: Float[Any, " m"]) -> Callable[[Int[Any, " _"], Int[Any, " _"]], Any]:
     """Gives the loops in sτ, closed at numbers of speeds and of gains, (l,) each."""
 
     shared = None
@@ -172,8 +184,9 @@ def _closed_at(structure: Structure, gains: Float[Any, " m"]) -> Callable[[Int[A
         parts = in_chunks(lambda part: structure.closed(np.zeros_like(part), gains[part]), len(gains), _GAINS)
         shared = Loops(*(np.concatenate(part, axis=-1) for part in zip(*parts, strict=True)))
 
-    def closed(row: Int[Any, " l"], column: Int[Any, " l"]) -> Loops:
+    def closed(row: Int[Any, " l"], column: Int[Any, " l"]) -> Any:
         loops = structure.closed(row, gains[column]) if shared is None else take(shared, column)
-        return loops.at_delay(structure.delay[row])
+        loops = loops.at_delay(structure.delay[row])
+        return loops if structure.lag is None else SeveralDelays(loops, structure.lag[row, 1:].T)
 
     return closed

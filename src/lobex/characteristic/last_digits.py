@@ -24,7 +24,8 @@ def polish(
 
     What is a root at every gain, since the contact does not see it, is left as it is.
     """
-    better, error, stays = in_few_sizes(partial(_polish, placed(contact.filled())), (lane, gain, root))
+    steps = _polish if contact.lag is None else _polish_several
+    better, error, stays = in_few_sizes(partial(steps, placed(contact.filled())), (lane, gain, root))
     still = stays | ~np.isfinite(better) | ~(np.abs(better - root) < 1e-6 * (1 + np.abs(root)))
     better = np.where(still, root, better)
     error = np.where(still, _ULPS * np.finfo(float).eps * _largest_pole(contact)[lane], error)
@@ -66,4 +67,31 @@ def _polish(
     share = jnp.minimum(jnp.abs(second) / jnp.maximum(jnp.abs(first), jnp.finfo(gain.dtype).tiny), 1.0)
     error = share * jnp.abs(second) + _ULPS * jnp.finfo(gain.dtype).eps * rounding / jnp.abs(slope)
     # From a pole that is a root to rounding each step leads further.
+    return z - second, error, jnp.abs(second) > _AWAY * jnp.abs(first)
+
+
+@jax.jit
+def _polish_several(contacts: Contact, lane: Any, gain: Any, z: Any) -> tuple[Any, Any, Any]:
+    """As ``_polish`` of several delays, on F = 1 + K L."""
+    contact = take(contacts, lane)
+
+    def rest(z: Any) -> tuple[Any, Any, Any]:
+        at = response(contact, z)
+        before, fading = contact.before(z)
+        whole = [p + b for p, b in zip(contact.present, before, strict=True)]
+        value = 1 - gain * weighted(whole, at.value)
+        slope = gain * (weighted(fading, at.value) - weighted(whole, at.slope))
+        sizes = [jnp.abs(p) + jnp.abs(b) for p, b in zip(contact.present, before, strict=True)]
+        terms = weighted(
+            sizes, [of + (1 + jnp.abs(z)) * jnp.abs(one) for of, one in zip(at.rounding, at.value, strict=True)]
+        )
+        return value, slope, 1 + jnp.abs(gain) * terms
+
+    value, slope, _ = rest(z)
+    first = value / slope
+    z = z - first
+    value, slope, rounding = rest(z)
+    second = value / slope
+    share = jnp.minimum(jnp.abs(second) / jnp.maximum(jnp.abs(first), jnp.finfo(gain.dtype).tiny), 1.0)
+    error = share * jnp.abs(second) + _ULPS * jnp.finfo(gain.dtype).eps * rounding / jnp.abs(slope)
     return z - second, error, jnp.abs(second) > _AWAY * jnp.abs(first)

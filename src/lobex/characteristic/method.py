@@ -15,6 +15,7 @@ from lobex.characteristic.function import Contact, by_blocks, by_poles
 from lobex.characteristic.grid import Structure, rightmost_at_points, rightmost_roots
 from lobex.characteristic.lanes import few
 from lobex.processes.process import Process, check_process
+from lobex.systems.delays import Spread
 from lobex.systems.form import by_form
 from lobex.systems.one_force import one_force
 from lobex.systems.system import DelaySystem
@@ -25,6 +26,8 @@ _SPEEDS = 32
 # Of the largest gain, those at which it is asked how the gain enters.
 _SHARES = np.array([0.0, 0.382, 1.0])
 _ROUNDING = 1e-12
+# Every wave of each is looked at.
+_MOST_DELAYS = 8
 # The largest blocks whose characteristic polynomials keep their digits.
 _SMALL = 2
 _OTHERWISE = "whose delayed force is not proportional to the gain, or whose present one is not affine; give an operator"
@@ -32,18 +35,19 @@ _OTHERWISE = "whose delayed force is not proportional to the gain, or whose pres
 
 @pytree()
 class CharacteristicRoots:
-    """The rightmost root s of 1 − (P C + Q e^{−sτ} D) (sI − A)⁻¹ E = 0, and with it the multiplier μ = e^{sT}.
+    """The rightmost root s of 1 − (P C + Σ Q e^{−sτ} D) (sI − A)⁻¹ E = 0, and with it the multiplier μ = e^{sT}.
 
-    For constant coefficients with one force and one delay, which need not be the period: ``Rub``, ``Turning``,
-    ``Scalar``, and an equation of one's own in which the force sees any number of outputs, now and a delay ago, such
-    as displacement and velocity; forces that act in one direction of the state are one. The delayed force is
-    proportional to the gain; the present one is affine in it, and need not vanish without.
+    For constant coefficients with one force and constant delays, which need not be the period: ``Rub``, ``Turning``,
+    ``Scalar``, and an equation of one's own in which the force sees any number of outputs, now and up to eight delays
+    ago, such as displacement and velocity; forces that act in one direction of the state are one. The delayed forces
+    are proportional to the gain; the present one is affine in it, and need not vanish without.
 
     No operator is built and nothing is discretised. At every point the roots to the right of a line are counted by the
     argument principle, with the response between delayed and present force as a rational function whose bounds decide
     every part of the line (``line``), and roots are sought until those in hand are as many as were counted (``climb``;
     over large grids for strips of neighbouring gains at once: ``loci``). So no root is missed, whatever the number of
-    waves per delay, the damping and the gain. Multipliers are good to rounding, times |sT|.
+    waves per delay, the damping and the gain; with several delays the line is divided along with their waves
+    (``several_delays``). Multipliers are good to rounding, times |sT|.
     """
 
     def over_grid(
@@ -52,7 +56,7 @@ class CharacteristicRoots:
         """The dominant multiplier at every point of a grid. Call it in the scope of float64.
 
         Args:
-            process: of constant coefficients with one force and one delay.
+            process: of constant coefficients with one force and constant delays.
             speeds: Hz, increasing, shape (n,).
             gains: increasing, of either sign, shape (m,).
 
@@ -133,8 +137,8 @@ def contacts(process: Process, speeds: np.ndarray, largest: float) -> tuple[np.n
         structure; and the contacts.
 
     Raises:
-        ValueError: for periodic coefficients, several forces or delays, or coefficients that follow the gain in another
-            way up to ``largest``.
+        ValueError: for periodic coefficients, several forces, delays that vary, or coefficients that follow the gain in
+            another way up to ``largest``.
     """
     _require(_shape_refused(process), process)
     filled = np.resize(speeds, few(max(len(speeds), _SPEEDS)))
@@ -148,7 +152,8 @@ def contacts(process: Process, speeds: np.ndarray, largest: float) -> tuple[np.n
     else:
         numerator, denominator = (np.ascontiguousarray(np.moveaxis(a, 0, -1)) for a in polynomials)
         parts = numerator, denominator, np.concatenate([np.abs(denominator), np.ones_like(denominator[:, :1])], axis=1)
-    return sound, structure, Contact(*parts, structure.present.T, structure.delayed.T)
+    lag = None if structure.lag is None else structure.lag.T
+    return sound, structure, Contact(*parts, structure.present.T, structure.delayed.T, lag)
 
 
 def _everywhere(
@@ -194,12 +199,13 @@ def _results(
 
 def _parts(
     system: DelaySystem,
-) -> tuple[tuple[Any, ...], Float[Any, "e r"], Float[Any, "e m"]]:
+) -> tuple[tuple[Any, ...], Float[Any, "e r"], Float[Any, "*k e m"]]:
     """What is to stay as the gain changes; and the forces per unit of each output, now and a delay ago, (e, r)."""
-    present, (delayed,) = system.at(np.zeros(1))
-    share = system.delays[0].shares(np.zeros(1), system.period)
-    structure = system.blocks, system.inputs, system.outputs, system.recalled, system.period, share
-    return structure, present[0], delayed[0]
+    present, delayed = system.at(np.zeros(1))
+    shares = (delay.shares(np.zeros(1), system.period) for delay in system.delays)
+    structure = system.blocks, system.inputs, system.outputs, system.recalled, system.period, *shares
+    every = [part[0] for part in delayed]
+    return structure, present[0], every[0] if len(every) == 1 else namespace(every).stack(every)
 
 
 @jax.jit
@@ -216,14 +222,21 @@ def _contacts(
         held = parts[1][0]
         present, delayed = ((part[-1] - part[0]) / largest for part in parts[1:])
         force = one_force(system, present, delayed)
-        if system.force_size == system.output_size == 1 and system.remembered is None:
+        lag, longest, count = None, None, len(system.delays)
+        if count > 1:
+            lags = jnp.concatenate(system.lags(jnp.zeros(1)))
+            longest = jnp.max(lags)
+            outputs = jnp.concatenate([force.present[None], force.delayed])
+            present, delayed = jnp.eye(1, 1 + count)[0], jnp.concatenate([jnp.zeros(1), jnp.ones(count)])
+            lag = jnp.concatenate([jnp.ones(1), lags / longest])
+        elif system.force_size == system.output_size == 1 and system.remembered is None:
             outputs, present, delayed = system.output_matrix(), present[0], delayed[0]
         else:
             # What is seen now and a delay ago, as the two outputs of the force.
             outputs = jnp.stack([force.present, force.delayed])
             present, delayed = jnp.array([1.0, 0.0]), jnp.array([0.0, 1.0])
         period = jnp.asarray(system.period)
-        delay = system.lags(jnp.zeros(1))[0][0] * period
+        delay = (system.lags(jnp.zeros(1))[0][0] if longest is None else longest) * period
         structure = Structure(
             drift=system.drift() + system.input_matrix() @ held @ system.output_matrix(),
             inputs=force.inputs,
@@ -232,6 +245,7 @@ def _contacts(
             delayed=delayed,
             delay=delay,
             period=period,
+            lag=lag,
         )
         shape = np.shape(system.blocks)[:2]
         inputs, seen = force.inputs.reshape(shape), outputs.reshape(-1, *shape).swapaxes(0, 1)
@@ -244,7 +258,7 @@ def _contacts(
 def _strays(
     structure: tuple[Float[Any, "shares ..."], ...],
     present: Float[Any, "shares e r"],
-    delayed: Float[Any, "shares e m"],
+    delayed: Float[Any, "shares *k e m"],
     largest: Any,
 ) -> np.bool_ | Bool[Any, ""]:
     """Whether the gain enters otherwise than told, of ``_parts`` at its shares."""
@@ -282,8 +296,10 @@ def _form_refused(made: Any, shapes: tuple[Any, ...], number: Any) -> str | None
     system = jax.eval_shape(lambda numbers, speed, gain: made(numbers).system(speed, gain), shapes, number, number)
     if not all(term.coefficient.constant for term in system.feedback):
         return "which has periodic coefficients; give constant ones, such as those of lobex.Rub"
-    if len(system.delays) != 1:
+    if not 0 < len(system.delays) <= _MOST_DELAYS:
         return f"which has {len(system.delays)} delays; give an operator"
+    if len(system.delays) > 1 and any(isinstance(delay, Spread) for delay in system.delays):
+        return "which has a distributed delay; give an operator"
     if any(followers(jax.make_jaxpr(lags)(shapes, number, number, jax.ShapeDtypeStruct((1,), number.dtype)).jaxpr)):
         return "whose delay varies; give an operator"
     return None

@@ -79,10 +79,18 @@ def _looped(
     slope: list[Complex[Any, " *cells"]],
 ) -> tuple[Complex[Any, " *cells"], Complex[Any, " *cells"]]:
     """L and L′ at jy from H and H′."""
-    turned = jnp.exp(-1j * y)
-    before = [q * turned for q in feedback.delayed]
+    turned = _turned(feedback, y)
+    before = [q * turn for q, turn in zip(feedback.delayed, turned, strict=True)]
+    fading = before if feedback.lag is None else [q * turn for q, turn in zip(feedback.fading, turned, strict=True)]
     whole = [p + b for p, b in zip(feedback.present, before, strict=True)]
-    return -weighted(whole, response), weighted(before, response) - weighted(whole, slope)
+    return -weighted(whole, response), weighted(fading, response) - weighted(whole, slope)
+
+
+def _turned(feedback: Open, y: Any) -> list[Any]:
+    """e^{−jyθ} of each output."""
+    if feedback.lag is None:
+        return [jnp.exp(-1j * y)] * len(feedback.present)
+    return [jnp.exp(-1j * lag * y) for lag in feedback.lag]
 
 
 def _loop(feedback: Open, y: Float[Any, " *cells"]) -> tuple[Complex[Any, " *cells"], Complex[Any, " *cells"]]:
@@ -114,9 +122,10 @@ def _crossed(
     value, slope = _looped(mine, middle, *response)
     size = jnp.abs(value)
     most = steepest = bend = jnp.zeros_like(low)
-    for p, q, bound in zip(mine.present, mine.delayed, over, strict=True):
+    # Of shorter delays the bounds are those of the longest.
+    for p, q, turn, bound in zip(mine.present, mine.delayed, _turned(mine, middle), over, strict=True):
         delayed = jnp.abs(q)
-        nearby = jnp.abs(p + q * jnp.exp(-1j * middle)) + delayed * half
+        nearby = jnp.abs(p + q * turn) + delayed * half
         most += nearby * bound.value
         steepest += delayed * bound.value + nearby * bound.slope
         bend += delayed * (bound.value + 2 * bound.slope) + nearby * bound.bend

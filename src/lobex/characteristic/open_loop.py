@@ -20,11 +20,18 @@ class Open(NamedTuple):
         present: p of each output, (o, b).
         delayed: q, (o, b).
         loops: H of each, with the same poles.
+        lag: the delay of each, of the longest, (o, b); None where there is one.
     """
 
     present: Float[Any, "o b"]
     delayed: Float[Any, "o b"]
     loops: Loops
+    lag: Any | None = None
+
+    @property
+    def fading(self) -> Any:
+        """q by the delay: of −L′, what of q e^{−zθ} is by z."""
+        return self.delayed if self.lag is None else self.delayed * self.lag
 
     def filled(self) -> "Open":
         """With modes that add nothing, up to one of a few numbers of them, for which programs are compiled."""

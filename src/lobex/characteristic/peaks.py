@@ -23,7 +23,7 @@ def highest(loops: Loops) -> Int[Any, "k l"]:
     return np.argsort(-own, axis=0)[:_MODES]
 
 
-def foremost(loops: Loops) -> Int[Any, "k l"]:
+def foremost(loops: Any) -> Int[Any, "k l"]:
     """Numbers of the modes whose poles have the largest real parts, (modes or fewer, lanes)."""
     return np.argsort(-np.maximum(loops.upper.real, loops.lower.real), axis=0)[:_MODES]
 
