@@ -10,6 +10,7 @@ import pytest
 from jax.tree_util import Partial
 
 import lobex
+from test_general_error import JUMPS, KINDS, SMOOTH
 
 PERIOD, DELAY, DAMPING = 2.0, 1.7, 0.3
 WAVE, STEP, SHARE = 1.3, 0.9, 0.3
@@ -228,3 +229,25 @@ def test_twice_the_feed_moves_twice_as_far():
 def test_a_feed_of_nothing_is_refused():
     with pytest.raises(ValueError, match="feed_per_tooth = 0 must be positive; give a number above 0 in m"):
         replace(MILL, feed_per_tooth=0.0)
+
+
+def three_waves(numbers, t, speed, gain):
+    phase = 2 * jnp.pi * t * speed
+    return numbers[0] * jnp.cos(phase) + numbers[1] * jnp.sin(3 * phase) + numbers[2]
+
+
+@pytest.mark.search
+@pytest.mark.filterwarnings("ignore::lobex.SweepWarning")
+@pytest.mark.parametrize("kind", [*SMOOTH, *JUMPS])
+def test_errors_of_random_orbits_are_honest(kind):
+    """Of nine nodes, against four times as many, which the series and codes above vouch for."""
+    rng, apart, stated = np.random.default_rng(17), [], []
+    for _ in range(20):
+        process, speed, gains, _ = KINDS[kind](rng)
+        process = replace(process, forcing=Partial(three_waves, rng.normal(size=3)))
+        few, many = (lobex.orbit(process, speed, gains, lobex.Duhamel(nodes=nodes)) for nodes in (9, 36))
+        error = np.max(np.abs(few.displacement - many.displacement), axis=(-1, -2)) / np.max(many.peak, axis=-1)
+        known = np.isfinite(error)
+        apart, stated = apart + error[known].tolist(), stated + few.error[known].tolist()
+    assert len(apart) > 3
+    assert np.mean(np.array(apart) > 10 * np.maximum(stated, 1e-11)) <= 0.01
