@@ -16,7 +16,7 @@ from lobex.systems.coefficients import Framed
 from lobex.systems.mesh import places_that_matter
 from lobex.systems.system import DelaySystem, Places
 from lobex.systems.terms import Delayed, Present
-from reference_tasks import Case, Inexpressible, Motion, Multiplier, Numbers, Task, crossings, lowest, name
+from reference_tasks import Case, Motion, Multiplier, Numbers, Task, crossings, lowest, name
 
 # No friction; a process takes numbers above zero.
 NONE = 1e-99
@@ -110,9 +110,6 @@ def helix(content: Case) -> Iterator[Task]:
     for part in ("mu", "variable_mu", "critical", "variable_critical"):
         for case in content.get(part, []):
             tool = content["tools"][case["tool"]] | case.get("changes", {})
-            if len(set(np.atleast_1d(case["helix_deg"]))) > 1:
-                yield Inexpressible(f"b {part}", name(case), "needs a helix of each tooth")
-                continue
             process, speed = cutter(tool, tool | case), case["rpm"] / 60
             if part.endswith("mu"):
                 told = periods(process.cutter)

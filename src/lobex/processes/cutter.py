@@ -122,6 +122,11 @@ class Cutter:
         """By which edges lag behind their tips, rad/m, as ``helix``."""
         return None if self.helix is None else 2 * namespace(self.helix).tan(self.helix) / self.diameter
 
+    @property
+    def one_helix(self) -> bool:
+        """Whether the edges are straight or have the same helix."""
+        return self.helix is None or np.ndim(self.helix) == 0
+
     def _until_alike(self, numbers: Any) -> Float[Any, " alike"]:
         """The mean of the teeth that are alike, so that derivatives by each come out right."""
         lib = namespace(numbers)
@@ -130,8 +135,7 @@ class Cutter:
     def _repeats(self) -> int:
         """How often the teeth repeat in a turn; once where that is not known. With edges of different helix, too."""
         each = [part for part in (self.pitch, self.runout) if part is not None]
-        of_each = self.helix is not None and np.ndim(self.helix) == 1
-        if of_each or _checks.is_traced(each):
+        if not self.one_helix or _checks.is_traced(each):
             return 1
         for count in range(1, self.teeth + 1):
             shifted = all(np.allclose(part, np.roll(part, count), rtol=_SAME, atol=0) for part in each)

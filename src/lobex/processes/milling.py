@@ -16,13 +16,14 @@ from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import Number
 from lobex.processes.cutter import TURN, Cutter, as_cutter
+from lobex.processes.edge_points import EdgeDelay, FeedAtPoint, edge_points
 from lobex.processes.process import check_point
 from lobex.processes.quantity import DEPTH_OF_CUT, SPEED_UNITS, Quantity
 from lobex.processes.specific_force import CHIP, STEP
 from lobex.processes.teeth import WHOLE, HelicalTeeth, Likewise, Parts, StraightTeeth
 from lobex.structures.modes import Modes, check_modes
 from lobex.systems.coefficients import Framed
-from lobex.systems.delays import Delay, Share, WholePeriod
+from lobex.systems.delays import Share, WholePeriod
 from lobex.systems.mesh import places_that_matter
 from lobex.systems.system import DelaySystem, Places, modal_system
 from lobex.systems.terms import Forcing, Regenerative, Term
@@ -31,6 +32,7 @@ Edges = StraightTeeth | HelicalTeeth
 
 # How far inside full immersion derivatives by it are taken: a power of 2, so that 1 − a is exact.
 _INSIDE = 2.0**-40
+_MOST_HEIGHTS = 64
 
 
 class Layout(NamedTuple):
@@ -51,7 +53,7 @@ class Layout(NamedTuple):
 _UNKNOWN = Layout()
 
 
-@pytree(static=("direction", "layout", "speed_unit"))
+@pytree(static=("direction", "layout", "speed_unit", "heights"))
 class Milling:
     """Milling: each tooth meets the surface left by the one ahead of it.
 
@@ -79,6 +81,7 @@ class Milling:
         feed_per_tooth: f_z, m, the mean of all teeth, each of which takes its share by its pitch angle: the chip is
             f_z sin φ thick without vibration, and that of a runout more. It is the forcing of ``orbit``, and has no
             part in multipliers and limits; no tooth leaves the cut for it. None where no motion is asked for.
+        heights: of teeth with a helix angle each, points along the part of each edge in the cut, by Gauss' rule.
 
     The gain is the axial depth of cut b, m.
     """
@@ -92,6 +95,7 @@ class Milling:
     layout: Layout = _UNKNOWN
     speed_unit: str = "rpm"
     feed_per_tooth: Number | None = None
+    heights: int = 6
 
     gain: ClassVar[Quantity] = DEPTH_OF_CUT
 
@@ -106,6 +110,7 @@ class Milling:
         layout: Layout = _UNKNOWN,
         speed_unit: str = "rpm",
         feed_per_tooth: Number | None = None,
+        heights: int = 6,
         *,
         teeth: int | None = None,
     ) -> None:
@@ -115,6 +120,7 @@ class Milling:
         given = locals()
         for name in ("modes", "tangential", "normal", "radial_immersion", "direction", "speed_unit", "feed_per_tooth"):
             object.__setattr__(self, name, given[name])
+        object.__setattr__(self, "heights", _checks.integer("heights", heights, 1, _MOST_HEIGHTS))
         object.__setattr__(self, "cutter", as_cutter(teeth if cutter is None else cutter))
         immersion = _check(self)
         object.__setattr__(self, "layout", layout if immersion is None else self._layout(float(immersion)))
@@ -160,7 +166,7 @@ class Milling:
         """What is known of a period, at a known immersion."""
         alike, straight = self.cutter.alike, self.cutter.helix is None
         layout = Layout(_parts(immersion, alike) if straight else None)
-        if _checks.is_traced(self.cutter.pitch):
+        if _checks.is_traced(self.cutter.pitch) or not self.cutter.one_helix:
             return layout
         share = np.asarray(self._shares())
         layout = layout._replace(shortest=float(share.min()), longest=float(share.max()))
@@ -178,19 +184,13 @@ class Milling:
     def system(self, speed: Number, gain: Number) -> DelaySystem:
         """The delay system at one spindle speed (revolutions per second) and one depth of cut (m)."""
         check_point(self, speed, gain)
-        terms: list[Term] = []
-        forcing: list[Term] = []
-        for tooth in self._teeth(gain):
-            terms.append(Regenerative(tooth.force, tooth.delay))
-            if self.feed_per_tooth is not None:
-                feed = self.feed_per_tooth if tooth.feed is None else tooth.feed * self.feed_per_tooth
-                forcing.append(feed_force(tooth.force, feed))
-            if tooth.step is not None:
-                forcing.append(_step_force(tooth.force, tooth.step))
+        teeth = list(self._teeth(gain))
+        cuts = [term for tooth in teeth for term in tooth.cuts()]
+        forcing = [term for tooth in teeth for term in tooth.forcing(self.feed_per_tooth, len(teeth))]
         alike = self.cutter.alike
         known = {} if alike == self.teeth else self.layout._asdict()
         known.pop("parts", None)
-        return modal_system(self.modes, 1 / (alike * speed), (*terms, *forcing), **known)
+        return modal_system(self.modes, 1 / (alike * speed), (*cuts, *forcing), **known)
 
     def _teeth(self, depth: Number) -> Iterator["_Tooth"]:
         """The teeth of a period."""
@@ -199,39 +199,63 @@ class Milling:
         if layout.parts == WHOLE and _checks.is_traced(self.radial_immersion):
             entry = _no_derivative(entry, self.radial_immersion)
 
-        def force(before: Number | None) -> Edges:
+        def force(before: Number | None, twist: Number | None) -> Edges:
             numbers = depth, self.tangential, self.normal, entry, exit_, before
             sizes = cutter.alike, self.modes.directions, CHIP
-            if cutter.helix is None:
-                return StraightTeeth(*numbers, *sizes, layout.parts)
-            return HelicalTeeth(*numbers, *sizes, cutter.twist)
+            return (
+                StraightTeeth(*numbers, *sizes, layout.parts)
+                if twist is None
+                else HelicalTeeth(*numbers, *sizes, twist)
+            )
 
         count = self.teeth // cutter.alike
+        twist: Any = cutter.twist
         steps = [None] * count if cutter.runout is None else cutter.steps
         if count == 1:
-            yield _Tooth(force(None), WholePeriod(), None, steps[0])
+            yield _Tooth(force(None, twist if cutter.one_helix else twist[0]), steps[0])
             return
         shares = jnp.asarray(self._shares())
         before = jnp.cumsum(shares) - shares
-        for number in range(count):
-            share = shares[number]
-            yield _Tooth(force(before[number]), Share(share), count * share, steps[number])
+        for number, (share, step) in enumerate(zip(shares, steps, strict=True)):
+            if cutter.one_helix:
+                yield _Tooth(force(before[number], twist), step, share)
+                continue
+            edge: Any = force(before[number], twist[number])
+            narrowing = twist[(number + 1) % count] - twist[number]
+            yield _Tooth(edge, step, share, tuple(edge_points(edge, TURN * share, narrowing, self.heights)))
 
 
 class _Tooth(NamedTuple):
     """What a tooth of the period does.
 
     Attributes:
-        force: on what it meets.
-        delay: since when it was left.
-        feed: its share of the mean feed per tooth; None for all of it.
+        force: of its edge.
         step: what its radius has above that of the tooth ahead, m; None without runout.
+        share: its pitch angle, in periods; None where that is the period.
+        points: of an edge along which the delay changes, each with its own.
     """
 
     force: Edges
-    delay: Delay
-    feed: Number | None
     step: Number | None
+    share: Number | None = None
+    points: tuple[tuple[Likewise, EdgeDelay], ...] = ()
+
+    def cuts(self) -> list[Term]:
+        """What it meets."""
+        if self.points:
+            return [Regenerative(point, delay) for point, delay in self.points]
+        return [Regenerative(self.force, WholePeriod() if self.share is None else Share(self.share))]
+
+    def forcing(self, feed: Number | None, count: int) -> list[Term]:
+        """What the mean feed per tooth and its step give to cut, of ``count`` teeth in the period."""
+        pushed: list[Term] = []
+        if feed is not None and self.points:
+            pushed += [Forcing(FeedAtPoint(point, delay, count * feed)) for point, delay in self.points]
+        elif feed is not None:
+            pushed.append(feed_force(self.force, feed if self.share is None else count * self.share * feed))
+        if self.step is not None:
+            pushed.append(_step_force(self.force, self.step))
+        return pushed
 
 
 def feed_force(teeth: Any, feed: Number) -> Forcing:
@@ -279,8 +303,6 @@ def _check(process: Milling) -> np.ndarray | None:
     if process.feed_per_tooth is not None:
         _checks.positive("feed_per_tooth", process.feed_per_tooth, "m")
         _checks.scalar("feed_per_tooth", process.feed_per_tooth)
-    if process.cutter.helix is not None and np.ndim(process.cutter.helix):
-        raise ValueError(f"helix = {_checks.brief(process.cutter.helix)}; milling takes one helix angle of all teeth")
     check_modes(process.modes)
     if process.modes.directions not in (1, 2):
         raise ValueError(f"modes has {process.modes.directions} contact directions; milling takes 1 or 2")

@@ -51,9 +51,13 @@ class ConstantDelay:
         return namespace(share, phase).broadcast_to(share, np.shape(phase))
 
 
+class OneOfMany:
+    """One of the delays that stand for a distributed one: what jumps acts through each a little, and ends no pieces."""
+
+
 @pytree()
-class Spread(ConstantDelay):
-    """One of the many that stand for a distributed delay: what jumps acts through each a little, and ends no pieces."""
+class Spread(ConstantDelay, OneOfMany):
+    """A constant one of many."""
 
 
 @pytree()

@@ -11,7 +11,7 @@ from jaxtyping import Array, Float, Int
 from lobex._namespace import namespace
 from lobex._shapes import AnyArray, Number
 from lobex.systems.coefficients import Coefficient, Piece, pieces_between
-from lobex.systems.delays import Delay, Spread, WholePeriod
+from lobex.systems.delays import Delay, OneOfMany, WholePeriod
 from lobex.systems.system import DelaySystem, Places
 
 # Images of images of jumps: each generation bends forces by two orders less. The last one only where places are fewer.
@@ -121,7 +121,7 @@ def _jumping(system: DelaySystem) -> list[Coefficient]:
 
 def _carriers(system: DelaySystem) -> dict[int, Delay]:
     """The delays that carry a phase to another one, by their numbers in ``DelaySystem.delays``."""
-    kept = (WholePeriod, Spread)
+    kept = (WholePeriod, OneOfMany)
     return {index: delay for index, delay in enumerate(system.delays) if not isinstance(delay, kept)}
 
 

@@ -1,0 +1,124 @@
+"""Edges whose helix is another than that of the tooth ahead: what each meets was left longer ago at one height than at
+another.
+
+The sum over heights is Gauss' rule over the part of each edge that is in the cut, which ends with it: of that part the
+force is smooth, so that a few points serve, where discs of the cutter jump into the cut one after another.
+"""
+
+from collections.abc import Iterator
+from typing import Any, ClassVar
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float, Real
+
+from lobex._pytree import pytree
+from lobex._shapes import AnyArray, Number
+from lobex.processes.teeth import HelicalTeeth, Likewise
+from lobex.systems.coefficients import Piece, gauss_nodes, mean_by_quadrature
+from lobex.systems.delays import OneOfMany
+
+_TURN = 2 * np.pi
+
+
+@pytree()
+class EdgePoint(HelicalTeeth):
+    """The share that one point has in the force of an edge: it moves with the part of the edge in the cut.
+
+    No number where the edge is so long that it is in the cut twice at a time.
+
+    Attributes:
+        place: of the point in that part, from 0 to 1.
+        weight: its share of the part.
+    """
+
+    place: Number
+    weight: Number
+
+    def within(self, inside: Real[Any, "..."], phase: Real[Any, " k"]) -> Float[Any, "k e r"]:
+        """Of the ends of the part as they are at the phase ``inside``."""
+        angle, height, length = self.part(inside, phase)
+        once = self.twist * self.depth <= _TURN - (self.exit - self.entry)
+        force: Any = self.law.at(self, angle - self.twist * height)
+        return self._shaped(self.weight, jnp.where(once, length, jnp.nan) * force)
+
+    def part(
+        self, inside: Real[Any, "..."], phase: Real[Any, " *k"]
+    ) -> tuple[Real[Any, " *k"], Real[Any, " *k"], Real[Any, " *k"]]:
+        """The angle of the tip, the height of the point and the length of the part in the cut, (k,) each."""
+        middle, angle = (_TURN * self._since(place) for place in (inside, phase))
+        # Since the tip entered last.
+        turn = _TURN * jnp.floor((middle - self.entry) / _TURN)
+        middle, angle = middle - turn, angle - turn
+
+        def height(limit: Number) -> Real[Any, "..."]:
+            """Where the edge is at an angle, or the nearest of its ends."""
+            known = (middle - limit) / self.twist
+            inner = jnp.where(known < self.depth, (angle - limit) / self.twist, self.depth)
+            return jnp.where(known > 0, inner, 0.0)
+
+        low, high = height(self.exit), height(self.entry)
+        return angle, low + self.place * (high - low), high - low
+
+
+@pytree()
+class EdgeDelay(OneOfMany):
+    """How long ago the tooth ahead was where a point of an edge is, as a share of a revolution.
+
+    Attributes:
+        point: of the edge.
+        pitch: the angle to the tooth ahead at the tips, rad.
+        narrowing: by which that becomes less with the height, rad/m.
+    """
+
+    point: EdgePoint
+    pitch: Number
+    narrowing: Number
+
+    def shares(self, phase: Float[AnyArray, " *k"], period: Number) -> Float[AnyArray, " *k"]:
+        return (self.pitch - self.narrowing * self.point.part(phase, phase)[1]) / _TURN
+
+
+@pytree()
+class FeedAtPoint:
+    """−H(t) (feed, 0) of a point, whose share of the feed changes with its height.
+
+    Attributes:
+        point: its force, with the breaks of its edge.
+        delay: by which it is that share.
+        feed: of all teeth, m.
+    """
+
+    point: Likewise
+    delay: EdgeDelay
+    feed: Number
+
+    constant: ClassVar[bool] = False
+
+    @property
+    def breaks(self) -> Any:
+        """Those of the edge."""
+        return self.point.breaks
+
+    def pieces(self) -> tuple[Piece, ...]:
+        return self.point.pieces()
+
+    def at(self, phase: Real[Any, " k"]) -> Float[Any, "k e r"]:
+        return self.within(phase, phase)
+
+    def within(self, inside: Real[Any, "..."], phase: Real[Any, " k"]) -> Float[Any, "k e r"]:
+        share = self.delay.shares(phase, 1.0)
+        return -self.feed * share[:, None, None] * self.point.within(inside, phase)[..., :1]
+
+    def mean(self, start: Real[Any, " k"], stop: Real[Any, " k"]) -> Float[Any, "k e r"]:
+        return mean_by_quadrature(self, start, stop)
+
+
+def edge_points(
+    edge: HelicalTeeth, pitch: Number, narrowing: Number, count: int
+) -> Iterator[tuple[Likewise, EdgeDelay]]:
+    """The points of an edge, each with its delay."""
+    numbers = edge.depth, edge.tangential, edge.normal, edge.entry, edge.exit, edge.before
+    for place, weight in zip(*gauss_nodes(count), strict=True):
+        point = EdgePoint(*numbers, edge.teeth, edge.directions, edge.law, edge.twist, place, weight)
+        yield Likewise(edge, point), EdgeDelay(point, pitch, narrowing)
