@@ -226,3 +226,50 @@ def test_an_edge_that_is_in_the_cut_twice_at_a_time_has_no_number_where_helix_an
     with jax.enable_x64(True):
         forces = two_teeth([30.0, 35.0]).system(250.0, 0.1).at(np.arange(4) / 4).present
     assert np.isnan(np.asarray(forces)).all()
+
+
+# --- process damping
+
+
+def damped(coefficient, friction=0.3, **others):
+    tool = lobex.Modes.single(frequency=500.0, damping_ratio=0.03, mass=1.0)
+    across = replace(tool, shape=np.array([[0.0, 1.0]]))
+    cutter = lobex.Cutter.end_mill(0.02, teeth=4)
+    damping = lobex.ProcessDamping(coefficient, friction)
+    return lobex.Milling(across, cutter, 1.5e9, 6e8, 0.5, "down", process_damping=damping, **others)
+
+
+def test_process_damping_of_milling_is_that_of_independent_codes_and_none_without_it():
+    method = lobex.Duhamel(nodes=40)
+    value = lobex.multipliers(damped(1e5), 2000 / 60, 1.5e-3, method)[0]
+    assert [value.real, abs(value.imag)] == pytest.approx([0.6646433069, 0.8914549727], abs=1e-9)
+    none = lobex.multipliers(damped(0.0, 0.0), 2000 / 60, 1.5e-3, method)[0]
+    plain = lobex.multipliers(replace(damped(0.0), process_damping=None), 2000 / 60, 1.5e-3, method)[0]
+    assert abs(none) == pytest.approx(abs(plain), rel=1e-8)
+
+
+def test_process_damping_of_turning_is_that_of_independent_codes():
+    tool = lobex.Modes.single(frequency=450.0, damping_ratio=0.0316, mass=0.8106)
+    damping = lobex.ProcessDamping(611000.0)
+    turning = lobex.Turning(tool, 1.5e9, diameter=0.035, process_damping=damping)
+    value = lobex.sweep(turning, [500 / 60], [2e-3]).multiplier[0, 0]
+    assert [value.real, abs(value.imag)] == pytest.approx([0.160736030252, 0.597011995902], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (
+            lambda: lobex.Milling(MODE, 4, KT, KN, 0.5, process_damping=lobex.ProcessDamping(1e5)),
+            "diameter = None with process damping; give that at which is cut, in m",
+        ),
+        (lambda: lobex.Turning(MODE, 1e9, process_damping=lobex.ProcessDamping(1e5)), "diameter = None with process"),
+        (lambda: lobex.Turning(MODE, 1e9, diameter=0.02, process_damping=1e5), r"give lobex.ProcessDamping\(coeff"),
+        (lambda: lobex.Turning(MODE, 1e9, diameter=-0.02), "diameter = -0.02 must be positive"),
+        (lambda: lobex.ProcessDamping(-1e5), "coefficient = -100000 must not be negative"),
+    ],
+)
+def test_process_damping_asks_for_a_diameter(call, message):
+    with pytest.raises(ValueError, match=message) as error:
+        call()
+    assert "\n" not in str(error.value)

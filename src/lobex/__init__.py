@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from lobex.processes.cutter import Cutter
     from lobex.processes.linear_delay import LinearDelay
     from lobex.processes.milling import Milling
+    from lobex.processes.process_damping import ProcessDamping
     from lobex.processes.regenerative import Rub, Turning
     from lobex.results.band import Band
     from lobex.results.boundary import Boundary
@@ -77,6 +78,7 @@ _HOME = {
     "Orbit": "results.orbit",
     "Plastic": "contact.laws",
     "Power": "contact.laws",
+    "ProcessDamping": "processes.process_damping",
     "Receptance": "limits.receptance",
     "Rod": "structures.rod",
     "Rub": "processes.regenerative",
@@ -133,6 +135,7 @@ __all__ = [
     "Orbit",
     "Plastic",
     "Power",
+    "ProcessDamping",
     "Receptance",
     "Rod",
     "Rub",

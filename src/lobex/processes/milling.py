@@ -18,6 +18,7 @@ from lobex._shapes import Number
 from lobex.processes.cutter import TURN, Cutter, as_cutter
 from lobex.processes.edge_points import EdgeDelay, FeedAtPoint, edge_points
 from lobex.processes.process import check_point
+from lobex.processes.process_damping import ProcessDamping, check_damping, with_damping
 from lobex.processes.quantity import DEPTH_OF_CUT, SPEED_UNITS, Quantity
 from lobex.processes.specific_force import CHIP, STEP
 from lobex.processes.teeth import WHOLE, HelicalTeeth, Likewise, Parts, StraightTeeth
@@ -82,6 +83,8 @@ class Milling:
             f_z sin φ thick without vibration, and that of a runout more. It is the forcing of ``orbit``, and has no
             part in multipliers and limits; no tooth leaves the cut for it. None where no motion is asked for.
         heights: of teeth with a helix angle each, points along the part of each edge in the cut, by Gauss' rule.
+        process_damping: a ``ProcessDamping`` of every tooth in the cut, of a cutter with a diameter; what ``orbit``
+            tells is then displacements, and beside them velocities over the first angular frequency. None for none.
 
     The gain is the axial depth of cut b, m.
     """
@@ -96,6 +99,7 @@ class Milling:
     speed_unit: str = "rpm"
     feed_per_tooth: Number | None = None
     heights: int = 6
+    process_damping: ProcessDamping | None = None
 
     gain: ClassVar[Quantity] = DEPTH_OF_CUT
 
@@ -111,6 +115,7 @@ class Milling:
         speed_unit: str = "rpm",
         feed_per_tooth: Number | None = None,
         heights: int = 6,
+        process_damping: ProcessDamping | None = None,
         *,
         teeth: int | None = None,
     ) -> None:
@@ -118,7 +123,16 @@ class Milling:
         if (cutter is None) == (teeth is None):
             raise ValueError(f"cutter = {_checks.brief(cutter)}, teeth = {_checks.brief(teeth)}: give one of them")
         given = locals()
-        for name in ("modes", "tangential", "normal", "radial_immersion", "direction", "speed_unit", "feed_per_tooth"):
+        for name in (
+            "modes",
+            "tangential",
+            "normal",
+            "radial_immersion",
+            "direction",
+            "speed_unit",
+            "feed_per_tooth",
+            "process_damping",
+        ):
             object.__setattr__(self, name, given[name])
         object.__setattr__(self, "heights", _checks.integer("heights", heights, 1, _MOST_HEIGHTS))
         object.__setattr__(self, "cutter", as_cutter(teeth if cutter is None else cutter))
@@ -190,7 +204,13 @@ class Milling:
         alike = self.cutter.alike
         known = {} if alike == self.teeth else self.layout._asdict()
         known.pop("parts", None)
-        return modal_system(self.modes, 1 / (alike * speed), (*cuts, *forcing), **known)
+        system = modal_system(self.modes, 1 / (alike * speed), (*cuts, *forcing), **known)
+        if self.process_damping is None:
+            return system
+        per_speed = self.process_damping.per_speed(self.cutter.diameter, speed)
+        flank = {"tangential": self.process_damping.friction * per_speed, "normal": per_speed}
+        rubbing: Any = [Likewise(tooth.force, replace(tooth.force, **flank)) for tooth in teeth]
+        return with_damping(system, rubbing)
 
     def _teeth(self, depth: Number) -> Iterator["_Tooth"]:
         """The teeth of a period."""
@@ -303,6 +323,7 @@ def _check(process: Milling) -> np.ndarray | None:
     if process.feed_per_tooth is not None:
         _checks.positive("feed_per_tooth", process.feed_per_tooth, "m")
         _checks.scalar("feed_per_tooth", process.feed_per_tooth)
+    check_damping(process.process_damping, process.cutter.diameter)
     check_modes(process.modes)
     if process.modes.directions not in (1, 2):
         raise ValueError(f"modes has {process.modes.directions} contact directions; milling takes 1 or 2")

@@ -8,6 +8,7 @@ from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import Number
 from lobex.processes.process import check_point
+from lobex.processes.process_damping import ProcessDamping, check_damping, with_damping
 from lobex.processes.quantity import CONTACT_STIFFNESS, DEPTH_OF_CUT, SPEED_UNITS, Quantity
 from lobex.structures.modes import Modes, check_modes
 from lobex.systems.coefficients import Constant
@@ -54,6 +55,9 @@ class Turning:
         modes: the tool's modes in the direction of the chip thickness.
         radial: radial specific cutting force K_r, N/m².
         speed_unit: as of ``Rub``.
+        diameter: at which is cut, m, where process damping asks for it.
+        process_damping: a ``ProcessDamping``, of which friction has no part in the direction of the chip thickness; it
+            takes modes. None for none.
 
     The gain is the depth of cut b, m.
     """
@@ -61,6 +65,8 @@ class Turning:
     modes: Modes
     radial: Number
     speed_unit: str = "rpm"
+    diameter: Array | None = None
+    process_damping: ProcessDamping | None = None
 
     gain: ClassVar[Quantity] = DEPTH_OF_CUT
     passes: ClassVar[int] = 1
@@ -70,12 +76,23 @@ class Turning:
         _checks.positive("radial", self.radial, "N/m²")
         _checks.scalar("radial", self.radial)
         _checks.choice("speed_unit", self.speed_unit, SPEED_UNITS)
+        if self.diameter is not None:
+            _checks.positive("diameter", self.diameter, "m")
+            _checks.scalar("diameter", self.diameter)
+        check_damping(self.process_damping, self.diameter)
+        if self.process_damping is not None:
+            check_modes(self.modes)
 
     @in_float64
     def system(self, speed: Number, gain: Number) -> DelaySystem:
         """The delay system at one spindle speed (revolutions per second) and one depth of cut (m)."""
         check_point(self, speed, gain)
-        return _regenerative_system(self.modes, speed, self.radial * gain)
+        system = _regenerative_system(self.modes, speed, self.radial * gain)
+        if self.process_damping is None:
+            return system
+        unit = namespace(gain).eye(self.modes.directions)
+        per_speed = self.process_damping.per_speed(self.diameter, speed)
+        return with_damping(system, (Constant(per_speed * gain * unit),))
 
 
 def _regenerative_system(modes: Modes, speed: Number, stiffness: Number) -> DelaySystem:

@@ -1,0 +1,76 @@
+"""Process damping: the flank of a tool rubs on the wave that it cuts, and damps it."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
+
+from lobex import _checks
+from lobex._namespace import namespace
+from lobex._pytree import pytree
+from lobex.systems.coefficients import Coefficient, Framed
+from lobex.systems.system import DelaySystem
+from lobex.systems.terms import Delayed, Present, Regenerative, Term
+
+Array = Any
+
+
+@pytree()
+class ProcessDamping:
+    """The force −(C b/v) (n + μ t) nᵀ ẏ on a tool, with its normal n, its cutting direction t and cutting speed v.
+
+    Linear in the velocity (Tunç and Budak, Effect of cutting conditions and tool geometry on process damping in
+    machining, Int. J. Mach. Tools Manuf. 57, 2012).
+
+    Attributes:
+        coefficient: C, N/m.
+        friction: μ, of the flank; 0 for none.
+    """
+
+    coefficient: Array
+    friction: Array = 0.0
+
+    def __post_init__(self) -> None:
+        for name, unit in (("coefficient", "N/m"), ("friction", "")):
+            _checks.not_negative(name, getattr(self, name), unit)
+            _checks.scalar(name, getattr(self, name))
+
+    def per_speed(self, diameter: Array, speed: Array) -> Array:
+        """C/v at a spindle speed in revolutions per second, Ns/m²."""
+        return self.coefficient / (namespace(diameter, speed).pi * diameter * speed)
+
+
+def check_damping(damping: Any, diameter: Any) -> None:
+    """Require process damping as such, and the diameter that makes a cutting speed of a spindle speed."""
+    if damping is None:
+        return
+    if not isinstance(damping, ProcessDamping):
+        raise ValueError(f"process_damping = {_checks.brief(damping)}; give lobex.ProcessDamping(coefficient)")
+    if diameter is None:
+        raise ValueError("diameter = None with process damping; give that at which is cut, in m")
+
+
+def with_damping(system: DelaySystem, rubbing: Iterable[Coefficient]) -> DelaySystem:
+    """A modal system with forces −R(t) ẏ as well.
+
+    Outputs are then displacements and velocities, these over the ω of the first mode, of which displacements alone are
+    remembered.
+    """
+    lib = namespace(system.blocks, system.outputs)
+    omega, r = system.blocks[:, 0, 1], system.output_size
+    shape = system.outputs[:, :, 0]
+    rate = lib.stack([lib.zeros_like(shape), shape * (omega / omega[0])[:, None]], axis=2)
+    unit = lib.eye(system.force_size)
+    place, velocity = lib.eye(2 * r)[:r], lib.eye(2 * r)[r:]
+
+    def framed(left: Array, coefficient: Coefficient, right: Array) -> Present:
+        part: Any = Framed(left, coefficient, right)
+        return Present(part)
+
+    terms: list[Term] = [framed(-omega[0] * unit, coefficient, velocity) for coefficient in rubbing]
+    for term in system.terms:
+        if isinstance(term, Regenerative):
+            terms += [framed(-unit, term.coefficient, place), Delayed(term.coefficient, term.delay)]
+        else:
+            terms.append(term)
+    outputs = lib.concatenate([system.outputs, rate], axis=1)
+    return replace(system, outputs=outputs, remembered=system.outputs, terms=tuple(terms))
