@@ -51,7 +51,7 @@ class EdgePoint(HelicalTeeth):
         turn = _TURN * jnp.floor((middle - self.entry) / _TURN)
         middle, angle = middle - turn, angle - turn
 
-        def height(limit: Number) -> Real[Any, "..."]:
+        def height(limit: Number) -> Any:
             """Where the edge is at an angle, or the nearest of its ends."""
             known = (middle - limit) / self.twist
             inner = jnp.where(known < self.depth, (angle - limit) / self.twist, self.depth)

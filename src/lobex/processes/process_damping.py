@@ -7,11 +7,10 @@ from typing import Any
 from lobex import _checks
 from lobex._namespace import namespace
 from lobex._pytree import pytree
+from lobex._shapes import Number
 from lobex.systems.coefficients import Coefficient, Framed
 from lobex.systems.system import DelaySystem
 from lobex.systems.terms import Delayed, Present, Regenerative, Term
-
-Array = Any
 
 
 @pytree()
@@ -26,15 +25,15 @@ class ProcessDamping:
         friction: μ, of the flank; 0 for none.
     """
 
-    coefficient: Array
-    friction: Array = 0.0
+    coefficient: Number
+    friction: Number = 0.0
 
     def __post_init__(self) -> None:
         for name, unit in (("coefficient", "N/m"), ("friction", "")):
             _checks.not_negative(name, getattr(self, name), unit)
             _checks.scalar(name, getattr(self, name))
 
-    def per_speed(self, diameter: Array, speed: Array) -> Array:
+    def per_speed(self, diameter: Number, speed: Number) -> Number:
         """C/v at a spindle speed in revolutions per second, Ns/m²."""
         return self.coefficient / (namespace(diameter, speed).pi * diameter * speed)
 
@@ -62,7 +61,7 @@ def with_damping(system: DelaySystem, rubbing: Iterable[Coefficient]) -> DelaySy
     unit = lib.eye(system.force_size)
     place, velocity = lib.eye(2 * r)[:r], lib.eye(2 * r)[r:]
 
-    def framed(left: Array, coefficient: Coefficient, right: Array) -> Present:
+    def framed(left: Any, coefficient: Coefficient, right: Any) -> Present:
         part: Any = Framed(left, coefficient, right)
         return Present(part)
 

@@ -65,7 +65,7 @@ class Turning:
     modes: Modes
     radial: Number
     speed_unit: str = "rpm"
-    diameter: Array | None = None
+    diameter: Number | None = None
     process_damping: ProcessDamping | None = None
 
     gain: ClassVar[Quantity] = DEPTH_OF_CUT
