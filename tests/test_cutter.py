@@ -3,11 +3,13 @@
 from dataclasses import replace
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
 import lobex
 from lobex.systems.coefficients import Constant
+from lobex.systems.forced import as_feedback
 from lobex.systems.mesh import mesh_of
 from lobex.systems.terms import Regenerative
 from problems import KN, KT, PLANE, pitched
@@ -143,7 +145,8 @@ def test_a_helix_at_its_pitch_depth_has_the_constant_coefficients_of_the_mean():
     with jax.enable_x64(True):
         constant = replace(system, terms=(Regenerative(Constant(-forces[0])),))
         pairs = (EACH, system), (lobex.Duhamel(nodes=24), constant)
-        values = [np.abs(np.linalg.eigvals(method.operator(each).matrix)).max() for method, each in pairs]
+        matrices = [jax.jit(lambda one, by=method: by.operator(one).matrix)(each) for method, each in pairs]
+        values = [np.abs(np.linalg.eigvals(matrix)).max() for matrix in matrices]
     assert values[0] == pytest.approx(values[1], rel=1e-9)
 
 
@@ -246,6 +249,36 @@ def test_process_damping_of_milling_is_that_of_independent_codes_and_none_withou
     none = lobex.multipliers(damped(0.0, 0.0), 2000 / 60, 1.5e-3, method)[0]
     plain = lobex.multipliers(replace(damped(0.0), process_damping=None), 2000 / 60, 1.5e-3, method)[0]
     assert abs(none) == pytest.approx(abs(plain), rel=1e-8)
+
+
+UNEVEN = {
+    "plain": {},
+    "fed": {"feed_per_tooth": 1e-4},
+    "damped": {"process_damping": lobex.ProcessDamping(5e4, 0.3)},
+    "both": {"feed_per_tooth": 1e-4, "process_damping": lobex.ProcessDamping(5e4, 0.3)},
+}
+
+
+def uneven(**given):
+    cutter = lobex.Cutter.end_mill(0.02, pitch_degrees=[70, 110, 70, 110])
+    return lobex.Milling(PLANE, cutter, 6.79e8, 1.73824e8, 0.5, "down", **given)
+
+
+@pytest.mark.parametrize("given", UNEVEN.values(), ids=UNEVEN)
+def test_pieces_end_at_the_same_places_whatever_else_acts_and_traced_or_not(given):
+    process = uneven(**given)
+
+    def starts(speed):
+        return jnp.sort(jnp.mod(mesh_of(as_feedback(process.system(speed, 1e-3))).start, 1.0))
+
+    with jax.enable_x64(True):
+        for found in (starts(20.0), jax.jit(starts)(20.0)):
+            assert 180 * np.asarray(found) == pytest.approx([0, 20, 40, 90, 110, 160], abs=1e-9)
+
+
+def test_process_damping_at_uneven_pitch_is_that_of_independent_codes():
+    value = lobex.multipliers(uneven(**UNEVEN["damped"]), 1200 / 60, 1e-3, lobex.Duhamel(nodes=24))[0]
+    assert abs(value) ** 2 == pytest.approx(0.07441786272, rel=1e-8)
 
 
 def test_process_damping_of_turning_is_that_of_independent_codes():

@@ -49,7 +49,7 @@ def over_few(function: Callable[..., Any], several: int, count: Any, *arrays: An
 
     Of the first ``count`` points, which is a traced number: what fills up a batch is not computed, but zero.
     """
-    groups = jax.tree.map(lambda part: part.reshape(-1, several, *part.shape[1:]), arrays)
+    groups = jax.tree.map(lambda part: part.reshape(part.shape[0] // several, several, *part.shape[1:]), arrays)
     # Under jit it is traced once, for the shapes of its results and in the loop.
     evaluate = jax.jit(jax.vmap(function))
     one = jax.tree.map(lambda part: jax.ShapeDtypeStruct(part.shape[1:], part.dtype), groups)
@@ -62,4 +62,4 @@ def over_few(function: Callable[..., Any], several: int, count: Any, *arrays: An
         return jax.tree.map(put, results, evaluate(*group))
 
     results = jax.lax.fori_loop(0, -(-count // several), step, nothing)
-    return jax.tree.map(lambda part: part.reshape(-1, *part.shape[2:]), results)
+    return jax.tree.map(lambda part: part.reshape(number * several, *part.shape[2:]), results)

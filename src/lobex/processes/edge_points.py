@@ -14,7 +14,7 @@ from jaxtyping import Float, Real
 
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray, Number
-from lobex.processes.teeth import HelicalTeeth, Likewise
+from lobex.processes.teeth import HelicalTeeth
 from lobex.systems.coefficients import Piece, gauss_nodes, mean_by_quadrature
 from lobex.systems.delays import OneOfMany
 
@@ -54,7 +54,7 @@ class EdgePoint(HelicalTeeth):
         def height(limit: Number) -> Any:
             """Where the edge is at an angle, or the nearest of its ends."""
             known = (middle - limit) / self.twist
-            inner = jnp.where(known < self.depth, (angle - limit) / self.twist, self.depth)
+            inner: Any = jnp.where(known < self.depth, (angle - limit) / self.twist, self.depth)
             return jnp.where(known > 0, inner, 0.0)
 
         low, high = height(self.exit), height(self.entry)
@@ -84,21 +84,16 @@ class FeedAtPoint:
     """−H(t) (feed, 0) of a point, whose share of the feed changes with its height.
 
     Attributes:
-        point: its force, with the breaks of its edge.
+        point: its force.
         delay: by which it is that share.
         feed: of all teeth, m.
     """
 
-    point: Likewise
+    point: EdgePoint
     delay: EdgeDelay
     feed: Number
 
     constant: ClassVar[bool] = False
-
-    @property
-    def breaks(self) -> Any:
-        """Those of the edge."""
-        return self.point.breaks
 
     def pieces(self) -> tuple[Piece, ...]:
         return self.point.pieces()
@@ -116,9 +111,9 @@ class FeedAtPoint:
 
 def edge_points(
     edge: HelicalTeeth, pitch: Number, narrowing: Number, count: int
-) -> Iterator[tuple[Likewise, EdgeDelay]]:
+) -> Iterator[tuple[EdgePoint, EdgeDelay]]:
     """The points of an edge, each with its delay."""
     numbers = edge.depth, edge.tangential, edge.normal, edge.entry, edge.exit, edge.before
     for place, weight in zip(*gauss_nodes(count), strict=True):
         point = EdgePoint(*numbers, edge.teeth, edge.directions, edge.law, edge.twist, place, weight)
-        yield Likewise(edge, point), EdgeDelay(point, pitch, narrowing)
+        yield point, EdgeDelay(point, pitch, narrowing)

@@ -16,14 +16,14 @@ from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import Number
 from lobex.processes.cutter import TURN, Cutter, as_cutter
-from lobex.processes.edge_points import EdgeDelay, FeedAtPoint, edge_points
+from lobex.processes.edge_points import EdgeDelay, EdgePoint, FeedAtPoint, edge_points
 from lobex.processes.process import check_point
 from lobex.processes.process_damping import ProcessDamping, check_damping, with_damping
 from lobex.processes.quantity import DEPTH_OF_CUT, SPEED_UNITS, Quantity
 from lobex.processes.specific_force import CHIP, STEP
-from lobex.processes.teeth import WHOLE, HelicalTeeth, Likewise, Parts, StraightTeeth
+from lobex.processes.teeth import WHOLE, HelicalTeeth, Parts, StraightTeeth
 from lobex.structures.modes import Modes, check_modes
-from lobex.systems.coefficients import Framed
+from lobex.systems.coefficients import Following, Framed
 from lobex.systems.delays import Share, WholePeriod
 from lobex.systems.mesh import places_that_matter
 from lobex.systems.system import DelaySystem, Places, modal_system
@@ -209,7 +209,7 @@ class Milling:
             return system
         per_speed = self.process_damping.per_speed(self.cutter.diameter, speed)
         flank = {"tangential": self.process_damping.friction * per_speed, "normal": per_speed}
-        rubbing: Any = [Likewise(tooth.force, replace(tooth.force, **flank)) for tooth in teeth]
+        rubbing: Any = [Following(replace(tooth.force, **flank)) for tooth in teeth]
         return with_damping(system, rubbing)
 
     def _teeth(self, depth: Number) -> Iterator["_Tooth"]:
@@ -258,19 +258,22 @@ class _Tooth(NamedTuple):
     force: Edges
     step: Number | None
     share: Number | None = None
-    points: tuple[tuple[Likewise, EdgeDelay], ...] = ()
+    points: tuple[tuple[EdgePoint, EdgeDelay], ...] = ()
 
     def cuts(self) -> list[Term]:
         """What it meets."""
         if self.points:
-            return [Regenerative(point, delay) for point, delay in self.points]
+            # The points of an edge enter and leave together.
+            (first, since), *others = self.points
+            rest: list[Term] = [Regenerative(Following(point), delay) for point, delay in others]
+            return [Regenerative(first, since), *rest]
         return [Regenerative(self.force, WholePeriod() if self.share is None else Share(self.share))]
 
     def forcing(self, feed: Number | None, count: int) -> list[Term]:
         """What the mean feed per tooth and its step give to cut, of ``count`` teeth in the period."""
         pushed: list[Term] = []
         if feed is not None and self.points:
-            pushed += [Forcing(FeedAtPoint(point, delay, count * feed)) for point, delay in self.points]
+            pushed += [Forcing(Following(FeedAtPoint(point, delay, count * feed))) for point, delay in self.points]
         elif feed is not None:
             pushed.append(feed_force(self.force, feed if self.share is None else count * self.share * feed))
         if self.step is not None:
@@ -282,13 +285,13 @@ def feed_force(teeth: Any, feed: Number) -> Forcing:
     """−b H(t) (feed, 0): what the feed along x gives to cut, as a displacement would."""
     lib = namespace(feed)
     unit = np.eye(teeth.directions)
-    pushed: Any = Framed(-unit, teeth, lib.asarray(feed) * unit[:, :1])
+    pushed: Any = Framed(-unit, Following(teeth), lib.asarray(feed) * unit[:, :1])
     return Forcing(pushed)
 
 
 def _step_force(teeth: Edges, step: Number) -> Forcing:
     """−b Σ (K_t t + K_n n) step, of a chip that is thicker by a step."""
-    pushed: Any = Framed(-np.eye(teeth.directions), Likewise(teeth, replace(teeth, law=STEP)), step * np.ones((1, 1)))
+    pushed: Any = Framed(-np.eye(teeth.directions), Following(replace(teeth, law=STEP)), step * np.ones((1, 1)))
     return Forcing(pushed)
 
 

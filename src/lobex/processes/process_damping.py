@@ -8,7 +8,7 @@ from lobex import _checks
 from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import Number
-from lobex.systems.coefficients import Coefficient, Framed
+from lobex.systems.coefficients import Coefficient, Following, Framed
 from lobex.systems.system import DelaySystem
 from lobex.systems.terms import Delayed, Present, Regenerative, Term
 
@@ -33,7 +33,7 @@ class ProcessDamping:
             _checks.not_negative(name, getattr(self, name), unit)
             _checks.scalar(name, getattr(self, name))
 
-    def per_speed(self, diameter: Number, speed: Number) -> Number:
+    def per_speed(self, diameter: Any, speed: Number) -> Number:
         """C/v at a spindle speed in revolutions per second, Ns/m²."""
         return self.coefficient / (namespace(diameter, speed).pi * diameter * speed)
 
@@ -68,7 +68,8 @@ def with_damping(system: DelaySystem, rubbing: Iterable[Coefficient]) -> DelaySy
     terms: list[Term] = [framed(-omega[0] * unit, coefficient, velocity) for coefficient in rubbing]
     for term in system.terms:
         if isinstance(term, Regenerative):
-            terms += [framed(-unit, term.coefficient, place), Delayed(term.coefficient, term.delay)]
+            now = term.coefficient if term.coefficient.constant else Following(term.coefficient)
+            terms += [framed(-unit, now, place), Delayed(term.coefficient, term.delay)]
         else:
             terms.append(term)
     outputs = lib.concatenate([system.outputs, rate], axis=1)

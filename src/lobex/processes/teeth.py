@@ -170,35 +170,3 @@ def helical_pieces(teeth: Any) -> tuple[Piece, ...]:
     place = lib.stack([lib.asarray(angle, dtype=lib.result_type(float)) for angle in angles])
     place = place * teeth.teeth / (2 * np.pi)
     return pieces_between(place if teeth.before is None else place - teeth.before)
-
-
-@pytree()
-class Likewise:
-    """Another force of the same teeth, which jumps and bends where their own does.
-
-    Attributes:
-        teeth: by which coefficients that share their breaks are known.
-        force: the same with other numbers, or by another law.
-    """
-
-    teeth: Teeth
-    force: Any
-
-    constant: ClassVar[bool] = False
-
-    @property
-    def breaks(self) -> Teeth:
-        """Those of the teeth."""
-        return self.teeth
-
-    def pieces(self) -> tuple[Piece, ...]:
-        return self.force.pieces()
-
-    def at(self, phase: Real[Any, " k"]) -> Float[Any, "k e r"]:
-        return self.force.at(phase)
-
-    def within(self, inside: Real[Any, "..."], phase: Real[Any, " k"]) -> Float[Any, "k e r"]:
-        return self.force.within(inside, phase)
-
-    def mean(self, start: Real[Any, " k"], stop: Real[Any, " k"]) -> Float[Any, "k e r"]:
-        return self.force.mean(start, stop)

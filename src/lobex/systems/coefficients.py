@@ -131,6 +131,27 @@ class Framed:
 
 
 @pytree()
+class Following:
+    """A coefficient that jumps and bends where others of its system do, which say so: it ends no piece itself."""
+
+    inner: Coefficient
+
+    constant: ClassVar[bool] = False
+
+    def pieces(self) -> tuple[Piece, ...]:
+        return ()
+
+    def at(self, phase: Float[AnyArray, " k"]) -> Float[AnyArray, "k e r"]:
+        return self.inner.at(phase)
+
+    def within(self, inside: Number, phase: Float[AnyArray, " k"]) -> Float[AnyArray, "k e r"]:
+        return self.inner.within(inside, phase)
+
+    def mean(self, start: Float[AnyArray, " k"], stop: Float[AnyArray, " k"]) -> Float[AnyArray, "k e r"]:
+        return self.inner.mean(start, stop)
+
+
+@pytree()
 class Function:
     """A matrix (e, r) as a function of time t, s, and of speed and gain, which repeats with the period.
 
