@@ -44,8 +44,6 @@ def limits():
     lobex.exact_limit(RUB, SPEED)
     lobex.exact_lobes(RUB, lobes=2)
     lobex.critical_gain(RUB, SPEED, (0.0, 1e6))
-    one = lobex.Rub(lobex.Rod(1).modes())
-    lobex.boundary(one, np.linspace(60, 90, 3), np.linspace(1e4, 1e6, 3), SIX)
     lobex.sensitivities(RUB, SPEED)
 
 

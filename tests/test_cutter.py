@@ -21,6 +21,21 @@ EACH = lobex.Duhamel(nodes=10)
 MODE = lobex.Modes.single(frequency=500.0, damping_ratio=0.03, mass=1.2)
 
 
+@jax.jit
+def _looked_up(system, phase):
+    return system.at(phase)
+
+
+@jax.jit
+def _averaged(system, start, stop):
+    return system.mean(start, stop)
+
+
+@jax.jit
+def _pushing(system, phase):
+    return sum(term.coefficient.at(phase) for term in system.forcing)
+
+
 @pytest.mark.parametrize("direction", ["down", "up"])
 def test_even_pitch_is_milling_taken_as_often_as_it_has_teeth(direction):
     even = lobex.Milling(PLANE, 4, KT, KN, 0.3, direction)
@@ -138,9 +153,9 @@ def test_a_helix_at_its_pitch_depth_has_the_constant_coefficients_of_the_mean():
     process, speed, depth = helical(45.0), 90.0, np.pi * SMALL["diameter"] / 4
     with jax.enable_x64(True):
         system, even = (each.system(speed, depth) for each in (process, helical(None)))
-        forces = np.asarray(system.at(np.arange(9) / 9).present)
+        forces = np.asarray(_looked_up(system, np.arange(9) / 9).present)
         # The mean of a straight cutter, of which each tooth is in turn where the edge is at some height.
-        mean = np.asarray(even.mean(np.zeros(1), np.ones(1)).present)
+        mean = np.asarray(_averaged(even, np.zeros(1), np.ones(1)).present)
     assert forces == pytest.approx(np.broadcast_to(mean, forces.shape), rel=1e-12)
     with jax.enable_x64(True):
         constant = replace(system, terms=(Regenerative(Constant(-forces[0])),))
@@ -162,9 +177,10 @@ def test_mean_forces_of_a_helix_are_those_of_its_heights(depth):
     wanted += [(cutting * (KN * cosine - KT * sine) * cosine).mean(-1).sum(1) * depth]
     with jax.enable_x64(True):
         system = process.system(50.0, depth)
-        forces = -np.asarray(system.at(phase).present)
-        mean = np.asarray(system.mean(phase[:1], phase[:1] + 0.3).present[0])
-        every = np.asarray(system.at(phase[0] + 0.3 * (np.arange(2000) + 0.5) / 2000).present)
+        mean = np.asarray(_averaged(system, phase[:1], phase[:1] + 0.3).present[0])
+        phases = np.concatenate([phase, phase[0] + 0.3 * (np.arange(2000) + 0.5) / 2000])
+        forces, every = np.split(np.asarray(_looked_up(system, phases).present), [3])
+        forces = -forces
     assert np.stack([forces[:, 0, 0], forces[:, 1, 1]]) == pytest.approx(np.stack(wanted), rel=2e-3)
     assert mean == pytest.approx(every.mean(0), rel=1e-5)
 
@@ -221,13 +237,13 @@ def test_feed_along_edges_of_different_helix_is_that_of_their_pitch_at_every_hei
     phase = np.arange(40) / 40
     with jax.enable_x64(True):
         each, one = (two_teeth(helix).system(250.0, 3e-3) for helix in ([30.0, 30.0], 30.0))
-        forces = [sum(t.coefficient.at(p) for t in s.forcing) for s, p in ((each, phase), (one, 2 * phase))]
+        forces = [_pushing(system, place) for system, place in ((each, phase), (one, 2 * phase))]
     assert np.asarray(forces[0]) == pytest.approx(np.asarray(forces[1]), rel=1e-8)
 
 
 def test_an_edge_that_is_in_the_cut_twice_at_a_time_has_no_number_where_helix_angles_differ(two_teeth):
     with jax.enable_x64(True):
-        forces = two_teeth([30.0, 35.0]).system(250.0, 0.1).at(np.arange(4) / 4).present
+        forces = _looked_up(two_teeth([30.0, 35.0]).system(250.0, 0.1), np.arange(4) / 4).present
     assert np.isnan(np.asarray(forces)).all()
 
 

@@ -139,12 +139,12 @@ def test_chosen_nodes_are_right_or_say_so(kind):
 
 @pytest.mark.parametrize("kind", JUMPS)
 def test_jumps_whose_images_end_no_piece_are_in_the_error(kind):
-    both = [assert_honest(kind, 4, lobex.Duhamel(nodes=nodes), 6) for nodes in (10, 18)]
+    error, stated = assert_honest(kind, 4, lobex.Duhamel(nodes=18), 6)
     # The bound is not so wide that it tells nothing.
-    assert max(np.max(error / np.maximum(stated, REFERENCE)) for error, stated in both) > 0.01
+    assert np.max(error / np.maximum(stated, REFERENCE)) > 0.01
 
 
-@pytest.mark.parametrize("kind", OTHERS)
+@pytest.mark.parametrize("kind", [*OTHERS[:-1], pytest.param(OTHERS[-1], marks=pytest.mark.search)])
 def test_few_nodes_are_right_or_say_so(kind):
     error, stated = assert_honest(kind, 5, lobex.Duhamel(nodes=14), 5)
     assert np.any(error > 1e-4 * stated)
