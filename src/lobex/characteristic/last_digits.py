@@ -1,5 +1,6 @@
 """The last digits of roots, from the characteristic equation itself."""
 
+from collections.abc import Callable
 from functools import partial
 from typing import Any
 
@@ -43,7 +44,7 @@ def _largest_pole(contact: Contact) -> Float[Any, " l"]:
 def _polish(
     contacts: Contact, lane: Int[Any, " k"], gain: Float[Any, " k"], z: Complex[Any, " k"]
 ) -> tuple[Complex[Any, " k"], Float[Any, " k"], Bool[Any, " k"]]:
-    """Two of Newton's steps on log M(z) − z, whose terms cannot overflow; and whether they lead away from the root."""
+    """Two steps on log M(z) − z, whose terms cannot overflow."""
     contact = take(contacts, lane)
     feedback = gain * contact.present, gain * contact.delayed
     sizes = [jnp.abs(part) for part in feedback]
@@ -58,16 +59,7 @@ def _polish(
         rounding = doubt_before / jnp.abs(before) + doubt / jnp.abs(opened) + 1 + jnp.abs(z)
         return value, slope / before + now_slope / opened - 1, rounding
 
-    value, slope, _ = rest(z)
-    first = value / slope
-    z = z - first
-    value, slope, rounding = rest(z)
-    second = value / slope
-    # A third step would be less by more than the second is less than the first.
-    share = jnp.minimum(jnp.abs(second) / jnp.maximum(jnp.abs(first), jnp.finfo(gain.dtype).tiny), 1.0)
-    error = share * jnp.abs(second) + _ULPS * jnp.finfo(gain.dtype).eps * rounding / jnp.abs(slope)
-    # From a pole that is a root to rounding each step leads further.
-    return z - second, error, jnp.abs(second) > _AWAY * jnp.abs(first)
+    return _two_steps(rest, z)
 
 
 @jax.jit
@@ -87,11 +79,23 @@ def _polish_several(contacts: Contact, lane: Any, gain: Any, z: Any) -> tuple[An
         )
         return value, slope, 1 + jnp.abs(gain) * terms
 
+    return _two_steps(rest, z)
+
+
+def _two_steps(
+    rest: Callable[[Any], tuple[Any, Any, Any]], z: Complex[Any, " k"]
+) -> tuple[Complex[Any, " k"], Float[Any, " k"], Bool[Any, " k"]]:
+    """Two of Newton's steps on what ``rest`` says at z: value, slope, and rounding in units of it; how far off they may
+    leave z, and whether they lead away from the root.
+    """
+    machine = jnp.finfo(z.dtype)
     value, slope, _ = rest(z)
     first = value / slope
     z = z - first
     value, slope, rounding = rest(z)
     second = value / slope
-    share = jnp.minimum(jnp.abs(second) / jnp.maximum(jnp.abs(first), jnp.finfo(gain.dtype).tiny), 1.0)
-    error = share * jnp.abs(second) + _ULPS * jnp.finfo(gain.dtype).eps * rounding / jnp.abs(slope)
+    # A third step would be less by more than the second is less than the first.
+    share = jnp.minimum(jnp.abs(second) / jnp.maximum(jnp.abs(first), machine.tiny), 1.0)
+    error = share * jnp.abs(second) + _ULPS * machine.eps * rounding / jnp.abs(slope)
+    # From a pole that is a root to rounding each step leads further.
     return z - second, error, jnp.abs(second) > _AWAY * jnp.abs(first)

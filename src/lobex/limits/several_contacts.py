@@ -27,6 +27,22 @@ class Branched(NamedTuple):
     stiffness: float = 1.0
 
 
+class _Root(NamedTuple):
+    """Where an eigenvalue is on the boundary.
+
+    Attributes:
+        left, right: its vectors.
+        anchor, offset: ω as the sum of both.
+        lobe: the whole turns of the phase.
+    """
+
+    left: Complex[AnyArray, "*lanes m"]
+    right: Complex[AnyArray, "*lanes m"]
+    anchor: Float[AnyArray, " *lanes"]
+    offset: Float[AnyArray, " *lanes"]
+    lobe: Int[AnyArray, " *lanes"]
+
+
 def branched(sections: Sections, speed: Numbers) -> tuple[Branched, Float[np.ndarray, " *lanes"]]:
     """The eigenvalues of a receptance, and the speeds, Hz, up to which they serve, as the numbers that they are.
 
@@ -65,44 +81,32 @@ def settled(
     value = -1 / (np.where(there, gain, 1.0) * (1 - np.exp(-1j * np.where(there, omega / still, 1.0))))
     for _ in range(_STEPS):
         left, right, _ = _vectors(known, anchor, offset, value)
-        value, miss, rate = _missed(known, left, right, still, anchor, offset, lobe)
+        value, miss, rate = _missed(known, still, _Root(left, right, anchor, offset, lobe))
         step = miss / np.where(rate == 0, np.inf, rate)
         offset = offset - np.where(np.abs(step) < _ASIDE * omega, step, 0.0)
     left, right, twice = _vectors(known, anchor, offset, value)
     found = _carried if _checks.is_traced((sections, speed)) else _on_the_boundary
-    gain, omega = found(sections, speed, left, right, anchor, offset, lobe)
+    gain, omega = found(sections, speed, _Root(left, right, anchor, offset, lobe))
     # A product, so that where there is no limit its derivative is no number either.
     some = np.where(there, 1.0, np.nan)
     return some * gain, some * omega, lobe, tie | twice & there
 
 
 def _on_the_boundary(
-    sections: Sections,
-    speed: Numbers,
-    left: Complex[AnyArray, "*lanes m"],
-    right: Complex[AnyArray, "*lanes m"],
-    anchor: Float[AnyArray, " *lanes"],
-    offset: Float[AnyArray, " *lanes"],
-    lobe: Int[AnyArray, " *lanes"],
+    sections: Sections, speed: Numbers, root: _Root
 ) -> tuple[Float[AnyArray, " *lanes"], Float[AnyArray, " *lanes"]]:
     """Gain and ω of a root."""
-    return on_boundary(_missed(sections, left, right, speed, anchor, offset, lobe)[0].real), anchor + offset
+    return on_boundary(_missed(sections, speed, root)[0].real), root.anchor + root.offset
 
 
 @jax.jit
 def _carried(
-    sections: Sections,
-    speed: Numbers,
-    left: Complex[AnyArray, "*lanes m"],
-    right: Complex[AnyArray, "*lanes m"],
-    anchor: Float[AnyArray, " *lanes"],
-    offset: Float[AnyArray, " *lanes"],
-    lobe: Int[AnyArray, " *lanes"],
+    sections: Sections, speed: Numbers, root: _Root
 ) -> tuple[Float[AnyArray, " *lanes"], Float[AnyArray, " *lanes"]]:
     """As above, with derivatives: a step of Newton's method from the root carries them."""
-    _, miss, rate = _missed(sections, left, right, speed, anchor, offset, lobe)
-    offset = offset - (miss - jax.lax.stop_gradient(miss)) / rate
-    return _on_the_boundary(sections, speed, left, right, anchor, offset, lobe)
+    _, miss, rate = _missed(sections, speed, root)
+    offset = root.offset - (miss - jax.lax.stop_gradient(miss)) / rate
+    return _on_the_boundary(sections, speed, root._replace(offset=offset))
 
 
 def _numbers(tree: Any) -> Any:
@@ -137,19 +141,13 @@ def _vectors(
 
 
 def _missed(
-    sections: Sections,
-    left: Complex[AnyArray, "*lanes m"],
-    right: Complex[AnyArray, "*lanes m"],
-    speed: Numbers,
-    anchor: Float[AnyArray, " *lanes"],
-    offset: Float[AnyArray, " *lanes"],
-    lobe: Int[AnyArray, " *lanes"],
+    sections: Sections, speed: Numbers, root: _Root
 ) -> tuple[Complex[AnyArray, " *lanes"], Float[AnyArray, " *lanes"], Float[AnyArray, " *lanes"]]:
     """λ, by how many turns the phase misses that of the lobe, and the derivative of that by ω."""
-    lib, responses = namespace(sections, offset), _responses(sections, anchor, offset)[:2]
-    response, slope = (lib.einsum("...i,...ij,...j", left, part, right) for part in responses)
+    lib, responses = namespace(sections, root.offset), _responses(sections, root.anchor, root.offset)[:2]
+    response, slope = (lib.einsum("...i,...ij,...j", root.left, part, root.right) for part in responses)
     rate = 1 / (2 * np.pi * speed)
-    turns = (anchor * rate - lobe) + offset * rate
+    turns = (root.anchor * rate - root.lobe) + root.offset * rate
     return response, turns + half_turns(response), rate + half_turn_rate(response, slope)
 
 
