@@ -13,7 +13,7 @@ _POINTS = 16
 _WAVES = 1.0
 
 
-def _gauss(points):
+def gauss(points):
     """Nodes and weights on [0, 1], and the integrals from 0 to each node of the polynomials through the nodes."""
     nodes, weights = np.polynomial.legendre.leggauss(points)
     basis = np.polynomial.legendre.legvander(nodes, points - 1)
@@ -23,7 +23,7 @@ def _gauss(points):
     return (nodes + 1) / 2, weights / 2, np.stack(integrals, axis=1) @ np.linalg.inv(basis) / 2
 
 
-def _cutting(angle, tangential, normal, directions):
+def cutting(angle, tangential, normal, directions):
     sine, cosine = np.sin(angle), np.cos(angle)
     force = np.array([tangential * cosine + normal * sine, normal * cosine - tangential * sine])
     return (force[:, None] * np.array([sine, cosine]))[:directions, :directions]
@@ -53,7 +53,7 @@ def multipliers(cutter, speed, depth):
     pitch = 2 * np.pi / teeth
     whole, part = divmod((leave - entry) / pitch, 1.0)
     stretches = [(0.0, part, int(whole) + 1), (part, 1.0, int(whole))]
-    nodes, weights, within = _gauss(_POINTS)
+    nodes, weights, within = gauss(_POINTS)
     force = depth * teeth * np.hypot(cutter["tangential"], cutter["normal"])
     quickest = np.sqrt(omega.max() ** 2 + force * np.sum(shape**2))
     parts = []
@@ -72,7 +72,7 @@ def multipliers(cutter, speed, depth):
         forces = -depth * np.array(
             [
                 sum(
-                    _cutting(entry + pitch * (start + length * x + tooth), cutter["tangential"], cutter["normal"], r)
+                    cutting(entry + pitch * (start + length * x + tooth), cutter["tangential"], cutter["normal"], r)
                     for tooth in range(cutting)
                 )
                 for x in nodes

@@ -26,9 +26,6 @@ from reference_tasks import (
 )
 from reference_tools import forced_motion, helix, process_damping, variable_pitch
 
-# Steps of Newton's method from the delay of the speed now.
-NEWTON = 12
-
 
 def cases_of(reference: Case) -> Iterator[Task]:
     """Every case of a file."""
@@ -56,13 +53,17 @@ def speed_variation(content: Case) -> Iterator[Task]:
         for case in content[part]:
             ratio, omega = case.get("zeta", 0.02), 2 * pi * case.get("wn_Hz", 100.0)
             speed = case["rpm"] / 60
+            mode = lobex.Modes.single(frequency=omega / (2 * pi), damping_ratio=ratio, mass=1 / omega**2)
             if case["form"] == "constant speed":
-                mode = lobex.Modes.single(frequency=omega / (2 * pi), damping_ratio=ratio, mass=1 / omega**2)
                 crossing = case["crossings"][0]
                 given = case | {"kind": crossing["kind"], "rel_diff": crossing["rel_diff"]}
                 yield lowest("c constant speed", lobex.Rub(mode), speed, given, crossing["gain"], (0.0, 0.0), None)
                 continue
-            process = varying(case["form"], case["RVA"], case["RVF"], (2 * ratio * omega, omega**2, omega**2, 1.0))
+            if case["form"] == "exact":
+                variation = lobex.SpeedVariation(case["RVA"], case["RVF"])
+                process = lobex.Turning(mode, 1.0, speed_unit="1", speed_variation=variation)
+            else:
+                process = varying(case["form"], case["RVA"], case["RVF"], (2 * ratio * omega, omega**2, omega**2, 1.0))
             if part == "mu":
                 yield Multiplier("c mu", name(case), process, speed, case["gain"], case)
             else:
@@ -74,7 +75,7 @@ def speed_variation(content: Case) -> Iterator[Task]:
 def varying(form: str, amplitude: float, frequency: float, equation: tuple[float, float, float, float]) -> Any:
     """x'' + c x' + k x = gain p (x(t - tau(t)) - s x), of the numbers c, k, p and s."""
     damping, stiffness, force, now = equation
-    chosen = np.array([float(form == one) for one in ("exact", "instantaneous", "first-order")])
+    chosen = np.array([float(form == one) for one in ("instantaneous", "first-order")])
     law = Partial(delay_by_law, {"A": amplitude, "R": frequency, "form": chosen})
     slowest = 1 - abs(amplitude)
     return lobex.LinearDelay.second_order(
@@ -96,17 +97,10 @@ def proportional(factor: Any, t: Any, speed: Any, gain: Any) -> Any:
 
 
 def delay_by_law(numbers: Numbers, t: Any, speed: Any, gain: Any) -> Any:
-    """All three forms, of which one is chosen."""
-    amplitude, ratio = numbers["A"], numbers["R"]
+    """The forms that take the speed of the moment, of which one is chosen."""
     omega = 2 * jnp.pi * speed
-    turned = omega * t
-    change = amplitude * jnp.sin(ratio * turned)
-    exact = 2 * jnp.pi / (1 + change)
-    for _ in range(NEWTON):
-        before = ratio * (turned - exact)
-        angle = exact - amplitude / ratio * (jnp.cos(ratio * turned) - jnp.cos(before))
-        exact = exact - (angle - 2 * jnp.pi) / (1 + amplitude * jnp.sin(before))
-    return numbers["form"] @ jnp.stack([exact, 2 * jnp.pi / (1 + change), 2 * jnp.pi * (1 - change)]) / omega
+    change = numbers["A"] * jnp.sin(numbers["R"] * omega * t)
+    return numbers["form"] @ jnp.stack([2 * jnp.pi / (1 + change), 2 * jnp.pi * (1 - change)]) / omega
 
 
 def mathieu(content: Case) -> Iterator[Task]:

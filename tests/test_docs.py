@@ -45,7 +45,9 @@ CLAIMS = {
     ),
     # Of two independent codes.
     "cutters.md": lambda n: (
-        n["limit"].gain[0] == pytest.approx(3.86853673567e-3, rel=1e-9) and n["slow"][1] < n["slow"][0]
+        n["limit"].gain[0] == pytest.approx(3.86853673567e-3, rel=1e-9)
+        and n["slow"][1] < n["slow"][0]
+        and n["deepest"][1] == pytest.approx(0.171278676078 * (200 * np.pi) ** 2 / 1.5e9, rel=1e-8)
     ),
     "forced_motion.md": lambda n: (
         n["motion"].error.max() < 1e-8

@@ -3,7 +3,7 @@
 import jax.numpy as jnp
 import pytest
 
-from lobex.limits.roots import bracketed_root
+from lobex._roots import bracketed_root
 
 
 @pytest.mark.parametrize(

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from lobex.processes.milling import Milling
     from lobex.processes.process_damping import ProcessDamping
     from lobex.processes.regenerative import Rub, Turning
+    from lobex.processes.speed_variation import SpeedVariation
     from lobex.results.band import Band
     from lobex.results.boundary import Boundary
     from lobex.results.chart import Chart
@@ -79,6 +80,7 @@ _HOME = {
     "Plastic": "contact.laws",
     "Power": "contact.laws",
     "ProcessDamping": "processes.process_damping",
+    "SpeedVariation": "processes.speed_variation",
     "Receptance": "limits.receptance",
     "Rod": "structures.rod",
     "Rub": "processes.regenerative",
@@ -143,6 +145,7 @@ __all__ = [
     "SemiDiscretization",
     "Sensitivities",
     "SpectrumMap",
+    "SpeedVariation",
     "Study",
     "SweepWarning",
     "Threshold",

@@ -6,10 +6,10 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
+from lobex._roots import bracketed_root
 from lobex._shapes import AnyArray
 from lobex.limits.phase import phase
 from lobex.limits.receptance_curve import ReceptanceCurve
-from lobex.limits.roots import bracketed_root
 from lobex.limits.sections import on_boundary
 from lobex.limits.stretches import Stretches
 

@@ -6,7 +6,7 @@ force is smooth, so that a few points serve, where discs of the cutter jump into
 """
 
 from collections.abc import Iterator
-from typing import Any, ClassVar
+from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
@@ -15,7 +15,7 @@ from jaxtyping import Float, Real
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray, Number
 from lobex.processes.teeth import HelicalTeeth
-from lobex.systems.coefficients import Piece, gauss_nodes, mean_by_quadrature
+from lobex.systems.coefficients import gauss_nodes
 from lobex.systems.delays import OneOfMany
 
 _TURN = 2 * np.pi
@@ -77,36 +77,6 @@ class EdgeDelay(OneOfMany):
 
     def shares(self, phase: Float[AnyArray, " *k"], period: Number) -> Float[AnyArray, " *k"]:
         return (self.pitch - self.narrowing * self.point.part(phase, phase)[1]) / _TURN
-
-
-@pytree()
-class FeedAtPoint:
-    """−H(t) (feed, 0) of a point, whose share of the feed changes with its height.
-
-    Attributes:
-        point: its force.
-        delay: by which it is that share.
-        feed: of all teeth, m.
-    """
-
-    point: EdgePoint
-    delay: EdgeDelay
-    feed: Number
-
-    constant: ClassVar[bool] = False
-
-    def pieces(self) -> tuple[Piece, ...]:
-        return self.point.pieces()
-
-    def at(self, phase: Real[Any, " k"]) -> Float[Any, "k e r"]:
-        return self.within(phase, phase)
-
-    def within(self, inside: Real[Any, "..."], phase: Real[Any, " k"]) -> Float[Any, "k e r"]:
-        share = self.delay.shares(phase, 1.0)
-        return -self.feed * share[:, None, None] * self.point.within(inside, phase)[..., :1]
-
-    def mean(self, start: Real[Any, " k"], stop: Real[Any, " k"]) -> Float[Any, "k e r"]:
-        return mean_by_quadrature(self, start, stop)
 
 
 def edge_points(

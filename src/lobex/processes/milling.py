@@ -16,16 +16,18 @@ from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import Number
 from lobex.processes.cutter import TURN, Cutter, as_cutter
-from lobex.processes.edge_points import EdgeDelay, EdgePoint, FeedAtPoint, edge_points
+from lobex.processes.edge_points import EdgeDelay, EdgePoint, edge_points
+from lobex.processes.feed import with_feed
 from lobex.processes.process import check_point
 from lobex.processes.process_damping import ProcessDamping, check_damping, with_damping
 from lobex.processes.quantity import DEPTH_OF_CUT, SPEED_UNITS, Quantity
 from lobex.processes.specific_force import CHIP, STEP
+from lobex.processes.speed_variation import SpeedVariation, check_variation
 from lobex.processes.teeth import WHOLE, HelicalTeeth, Parts, StraightTeeth
 from lobex.structures.modes import Modes, check_modes
 from lobex.systems.coefficients import Following, Framed
 from lobex.systems.delays import Share, WholePeriod
-from lobex.systems.mesh import places_that_matter
+from lobex.systems.mesh import places_by_angle, places_that_matter
 from lobex.systems.system import DelaySystem, Places, modal_system
 from lobex.systems.terms import Forcing, Regenerative, Term
 
@@ -43,12 +45,15 @@ class Layout(NamedTuple):
         parts: of a straight tooth's, in the cut or idle.
         shortest, longest: delay, in periods.
         places: where pieces end, as ``mesh.places_that_matter`` says.
+        repeats, cycles: how often the teeth repeat, and in how many variations of the speed, until both come back.
     """
 
     parts: Parts | None = None
     shortest: float = 0.0
     longest: float = 1.0
     places: Places | None = None
+    repeats: int = 1
+    cycles: int = 1
 
 
 _UNKNOWN = Layout()
@@ -85,6 +90,8 @@ class Milling:
         heights: of teeth with a helix angle each, points along the part of each edge in the cut, by Gauss' rule.
         process_damping: a ``ProcessDamping`` of every tooth in the cut, of a cutter with a diameter; what ``orbit``
             tells is then displacements, and beside them velocities over the first angular frequency. None for none.
+        speed_variation: a ``SpeedVariation`` of the spindle, whose mean speed is that of the process; the table's feed
+            is steady. The period is then what it takes until teeth and speed come back together. None for none.
 
     The gain is the axial depth of cut b, m.
     """
@@ -100,6 +107,7 @@ class Milling:
     feed_per_tooth: Number | None = None
     heights: int = 6
     process_damping: ProcessDamping | None = None
+    speed_variation: SpeedVariation | None = None
 
     gain: ClassVar[Quantity] = DEPTH_OF_CUT
 
@@ -116,6 +124,7 @@ class Milling:
         feed_per_tooth: Number | None = None,
         heights: int = 6,
         process_damping: ProcessDamping | None = None,
+        speed_variation: SpeedVariation | None = None,
         *,
         teeth: int | None = None,
     ) -> None:
@@ -132,6 +141,7 @@ class Milling:
             "speed_unit",
             "feed_per_tooth",
             "process_damping",
+            "speed_variation",
         ):
             object.__setattr__(self, name, given[name])
         object.__setattr__(self, "heights", _checks.integer("heights", heights, 1, _MOST_HEIGHTS))
@@ -178,17 +188,24 @@ class Milling:
 
     def _layout(self, immersion: float) -> Layout:
         """What is known of a period, at a known immersion."""
-        alike, straight = self.cutter.alike, self.cutter.helix is None
+        alike, straight, varied = self.cutter.alike, self.cutter.helix is None, self.speed_variation
         layout = Layout(_parts(immersion, alike) if straight else None)
-        if _checks.is_traced(self.cutter.pitch) or not self.cutter.one_helix:
-            return layout
-        share = np.asarray(self._shares())
-        layout = layout._replace(shortest=float(share.min()), longest=float(share.max()))
-        if not straight or len(share) == 1 or _checks.is_traced((self.tangential, self.normal, self.modes)):
+        if varied is not None:
+            layout = layout._replace(**dict(zip(("repeats", "cycles"), varied.passes(alike), strict=True)))
+        known = not _checks.is_traced(self.cutter.pitch) and self.cutter.one_helix
+        bounds = (float(np.min(self._shares())), float(np.max(self._shares()))) if known else (0.0, 1.0)
+        if varied is not None:
+            bounds = tuple(bound / layout.repeats for bound in varied.delay_range(*bounds))
+        layout = layout._replace(shortest=bounds[0], longest=bounds[1])
+        steady = varied is None and (not straight or alike == self.teeth)
+        if not known or steady or _checks.is_traced((self.tangential, self.normal, self.modes, varied)):
             return layout
         object.__setattr__(self, "layout", layout)
         with at_once():
-            return layout._replace(places=places_that_matter(self.system(1.0, 1.0)))
+            system = self.system(1.0, 1.0)
+            # With a helix they move with the depth.
+            places = places_that_matter(system) if straight else places_by_angle(system, layout.repeats)
+            return layout._replace(places=places)
 
     def _shares(self) -> Float[Any, " alike"]:
         """Pitch angles of the teeth of a period, in periods."""
@@ -199,18 +216,20 @@ class Milling:
         """The delay system at one spindle speed (revolutions per second) and one depth of cut (m)."""
         check_point(self, speed, gain)
         teeth = list(self._teeth(gain))
-        cuts = [term for tooth in teeth for term in tooth.cuts()]
-        forcing = [term for tooth in teeth for term in tooth.forcing(self.feed_per_tooth, len(teeth))]
-        alike = self.cutter.alike
-        known = {} if alike == self.teeth else self.layout._asdict()
-        known.pop("parts", None)
-        system = modal_system(self.modes, 1 / (alike * speed), (*cuts, *forcing), **known)
+        cuts = [term for tooth in teeth for term in (*tooth.cuts(), *tooth.steps())]
+        layout, varied = self.layout, self.speed_variation
+        known = {"longest": layout.longest, "shortest": layout.shortest, "places": layout.places}
+        turns = layout.repeats, layout.cycles
+        system = modal_system(self.modes, 1 / (self.cutter.alike * speed), tuple(cuts))
+        system = replace(system, **known) if varied is None else varied.acting_on(system, *turns, **known)
+        if self.feed_per_tooth is not None:
+            system = with_feed(system, layout.repeats * len(teeth) * self.feed_per_tooth)
         if self.process_damping is None:
             return system
         per_speed = self.process_damping.per_speed(self.cutter.diameter, speed)
         flank = {"tangential": self.process_damping.friction * per_speed, "normal": per_speed}
         rubbing: Any = [Following(replace(tooth.force, **flank)) for tooth in teeth]
-        return with_damping(system, rubbing)
+        return with_damping(system, rubbing if varied is None else [varied.per_pace(one, *turns) for one in rubbing])
 
     def _teeth(self, depth: Number) -> Iterator["_Tooth"]:
         """The teeth of a period."""
@@ -234,8 +253,8 @@ class Milling:
         if count == 1:
             yield _Tooth(force(None, twist if cutter.one_helix else twist[0]), steps[0])
             return
-        shares = jnp.asarray(self._shares())
-        before = jnp.cumsum(shares) - shares
+        shares = self._shares()
+        before = namespace(shares).cumsum(shares) - shares
         for number, (share, step) in enumerate(zip(shares, steps, strict=True)):
             if cutter.one_helix:
                 yield _Tooth(force(before[number], twist), step, share)
@@ -269,24 +288,9 @@ class _Tooth(NamedTuple):
             return [Regenerative(first, since), *rest]
         return [Regenerative(self.force, WholePeriod() if self.share is None else Share(self.share))]
 
-    def forcing(self, feed: Number | None, count: int) -> list[Term]:
-        """What the mean feed per tooth and its step give to cut, of ``count`` teeth in the period."""
-        pushed: list[Term] = []
-        if feed is not None and self.points:
-            pushed += [Forcing(Following(FeedAtPoint(point, delay, count * feed))) for point, delay in self.points]
-        elif feed is not None:
-            pushed.append(feed_force(self.force, feed if self.share is None else count * self.share * feed))
-        if self.step is not None:
-            pushed.append(_step_force(self.force, self.step))
-        return pushed
-
-
-def feed_force(teeth: Any, feed: Number) -> Forcing:
-    """−b H(t) (feed, 0): what the feed along x gives to cut, as a displacement would."""
-    lib = namespace(feed)
-    unit = np.eye(teeth.directions)
-    pushed: Any = Framed(-unit, Following(teeth), lib.asarray(feed) * unit[:, :1])
-    return Forcing(pushed)
+    def steps(self) -> list[Term]:
+        """What its step gives to cut."""
+        return [] if self.step is None else [_step_force(self.force, self.step)]
 
 
 def _step_force(teeth: Edges, step: Number) -> Forcing:
@@ -327,6 +331,7 @@ def _check(process: Milling) -> np.ndarray | None:
         _checks.positive("feed_per_tooth", process.feed_per_tooth, "m")
         _checks.scalar("feed_per_tooth", process.feed_per_tooth)
     check_damping(process.process_damping, process.cutter.diameter)
+    check_variation(process.speed_variation)
     check_modes(process.modes)
     if process.modes.directions not in (1, 2):
         raise ValueError(f"modes has {process.modes.directions} contact directions; milling takes 1 or 2")

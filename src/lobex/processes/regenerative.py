@@ -1,6 +1,6 @@
 """Processes with constant regenerative feedback: a blade rubbing its own track, and turning."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from lobex import _checks
 from lobex._float64 import in_float64
@@ -10,6 +10,7 @@ from lobex._shapes import Number
 from lobex.processes.process import check_point
 from lobex.processes.process_damping import ProcessDamping, check_damping, with_damping
 from lobex.processes.quantity import CONTACT_STIFFNESS, DEPTH_OF_CUT, SPEED_UNITS, Quantity
+from lobex.processes.speed_variation import SpeedVariation, check_variation
 from lobex.structures.modes import Modes, check_modes
 from lobex.systems.coefficients import Constant
 from lobex.systems.system import DelaySystem, modal_system
@@ -58,6 +59,8 @@ class Turning:
         diameter: at which is cut, m, where process damping asks for it.
         process_damping: a ``ProcessDamping``, of which friction has no part in the direction of the chip thickness; it
             takes modes. None for none.
+        speed_variation: a ``SpeedVariation`` of the spindle, whose mean speed is that of the process; it takes modes.
+            The period is then that of the variation. None for none.
 
     The gain is the depth of cut b, m.
     """
@@ -67,6 +70,7 @@ class Turning:
     speed_unit: str = "rpm"
     diameter: Number | None = None
     process_damping: ProcessDamping | None = None
+    speed_variation: SpeedVariation | None = None
 
     gain: ClassVar[Quantity] = DEPTH_OF_CUT
     passes: ClassVar[int] = 1
@@ -80,7 +84,8 @@ class Turning:
             _checks.positive("diameter", self.diameter, "m")
             _checks.scalar("diameter", self.diameter)
         check_damping(self.process_damping, self.diameter)
-        if self.process_damping is not None:
+        check_variation(self.speed_variation)
+        if self.process_damping is not None or self.speed_variation is not None:
             check_modes(self.modes)
 
     @in_float64
@@ -88,11 +93,16 @@ class Turning:
         """The delay system at one spindle speed (revolutions per second) and one depth of cut (m)."""
         check_point(self, speed, gain)
         system = _regenerative_system(self.modes, speed, self.radial * gain)
+        varied = self.speed_variation
+        if varied is not None:
+            revolutions = 1 / varied.frequency_ratio
+            shortest, longest = (bound / revolutions for bound in varied.delay_range(1.0, 1.0))
+            system = varied.acting_on(system, revolutions, shortest=shortest, longest=longest)
         if self.process_damping is None:
             return system
         unit = namespace(gain).eye(self.modes.directions)
-        per_speed = self.process_damping.per_speed(self.diameter, speed)
-        return with_damping(system, (Constant(per_speed * gain * unit),))
+        rubbing: Any = Constant(self.process_damping.per_speed(self.diameter, speed) * gain * unit)
+        return with_damping(system, (rubbing if varied is None else varied.per_pace(rubbing),))
 
 
 def _regenerative_system(modes: Modes, speed: Number, stiffness: Number) -> DelaySystem:

@@ -1,16 +1,18 @@
 """The mesh of a period: pieces that end at the jumps of the coefficients and where the delays carry them."""
 
+from functools import partial
 from math import ceil
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Bool, Float, Int
 
 from lobex._namespace import namespace
 from lobex._shapes import AnyArray, Number
-from lobex.systems.coefficients import Coefficient, Piece, pieces_between
+from lobex.systems.at_angle import SinceAngle
+from lobex.systems.coefficients import Piece, pieces_between
 from lobex.systems.delays import Delay, OneOfMany, WholePeriod
 from lobex.systems.system import DelaySystem, Places
 
@@ -60,7 +62,7 @@ def pieces_of(system: DelaySystem) -> tuple[Piece, ...]:
     if not own:
         return (Piece(0.0, 1.0, False),)
     if len(system.feedback) == 1 and system.repeats:
-        return own[0].pieces()
+        return own[0]
     places = _places(system)
     return pieces_between(places if system.places is None else places[np.array(system.places.kept)])
 
@@ -87,18 +89,33 @@ def places_that_matter(system: DelaySystem) -> Places:
     return Places(tuple(kept), reach, len(kept) == len(distinct))
 
 
+def places_by_angle(system: DelaySystem, repeats: int) -> Places:
+    """Of all places of a system that repeats in angle, whose delays are not above such a part of it, wherever they are.
+
+    To be asked by processes whose jumps move.
+    """
+    every = sum(map(len, _generations(system, _IMAGES)))
+    # As many in each part of the turning, and the piece that its end falls into.
+    return Places(tuple(range(every)), every // repeats + 1, False)
+
+
 def _bending(system: DelaySystem, generations: list[np.ndarray]) -> np.ndarray:
     """Whether a force acts at each place, and acted at the one of which it is the image, and so on; of all in turn."""
     bent = [np.ones(len(generations[0]), dtype=bool)]
     carriers = _carriers(system)
     for images in generations[1:]:
         around = np.split(np.stack([images - _ROUNDING, images + _ROUNDING]), len(carriers), axis=1)
-        acting = [
-            np.asarray(system.at(side.ravel()).delayed[delay]) for delay, side in zip(carriers, around, strict=True)
-        ]
-        acts = [np.any(part, axis=(1, 2)).reshape(2, -1).any(axis=0) for part in acting]
+        acts = np.asarray(_acting(system, np.stack([side.ravel() for side in around]), tuple(carriers)))
+        acts = [part.reshape(2, -1).any(axis=0) for part in acts]
         bent.append(np.concatenate([part & bent[-1] for part in acts]))
     return np.concatenate(bent)
+
+
+@partial(jax.jit, static_argnames="delays")
+def _acting(system: DelaySystem, phase: Float[Array, "K k"], delays: tuple[int, ...]) -> Bool[Array, "K k"]:
+    """Whether forces of the delays act, each at phases of its own."""
+    acting = [system.at(one).delayed[delay] for delay, one in zip(delays, phase, strict=True)]
+    return jnp.stack([jnp.any(part != 0, axis=(1, 2)) for part in acting])
 
 
 def seen_to_bend(system: DelaySystem) -> int | None:
@@ -110,26 +127,32 @@ def seen_to_bend(system: DelaySystem) -> int | None:
     return None if system.places.complete else _IMAGES
 
 
-def _jumping(system: DelaySystem) -> list[Coefficient]:
-    """The coefficients that jump; of those that share their breaks one."""
-    own: dict[int, Coefficient] = {}
+def _jumping(system: DelaySystem) -> list[tuple[Piece, ...]]:
+    """The pieces of the coefficients that jump; of those that share their breaks one."""
+    own: dict[int, tuple[Piece, ...]] = {}
     for coefficient in (term.coefficient for term in system.feedback):
-        if coefficient.pieces():
-            own.setdefault(id(getattr(coefficient, "breaks", coefficient)), coefficient)
-    return list(own.values())
+        breaks = id(getattr(coefficient, "breaks", coefficient))
+        if breaks not in own:
+            own[breaks] = coefficient.pieces()
+    return [pieces for pieces in own.values() if pieces]
 
 
 def _carriers(system: DelaySystem) -> dict[int, Delay]:
     """The delays that carry a phase to another one, by their numbers in ``DelaySystem.delays``."""
     kept = (WholePeriod, OneOfMany)
-    return {index: delay for index, delay in enumerate(system.delays) if not isinstance(delay, kept)}
+
+    def carries(delay: Delay) -> bool:
+        # By an angle after which all repeats, jumps come to jumps.
+        return not isinstance(delay.inner if isinstance(delay, SinceAngle) else delay, kept)
+
+    return {index: delay for index, delay in enumerate(system.delays) if carries(delay)}
 
 
 def _generations(system: DelaySystem, images: int) -> list[Float[AnyArray, " _"]]:
     """The phases at which coefficients jump, and unless every delay is the whole period their images by each delay in
     turn, the images of those, and so on.
     """
-    starts = [piece.start for coefficient in _jumping(system) for piece in coefficient.pieces()]
+    starts = [piece.start for pieces in _jumping(system) for piece in pieces]
     generations = [_array(starts)]
     carriers = _carriers(system).values()
     for _ in range(images if carriers else 0):
@@ -200,6 +223,8 @@ def _parts(system: DelaySystem, pieces: int) -> int:
 
 def _image(jumps: Float[AnyArray, " b"], delay: Delay, period: Number) -> Float[AnyArray, " b"]:
     """The phases at which what happened at ``jumps`` acts."""
+    if isinstance(delay, SinceAngle):
+        return delay.carried(jumps)
     # Among traced numbers as a loop alone: of a function of its own ``traits_of`` would not see what it leaves unused.
     if namespace(jumps, delay, period) is jnp:
         return _carried(jumps, delay, period)
