@@ -58,7 +58,7 @@ def test_turning_with_process_damping(name):
             # Of the parts eleven digits are printed.
             assert abs(mu - complex(*parts)) < 1e-11 * abs(mu)
         depth = case["depth_m"]
-        assert limit.status[i] == ("found" if depth else "none in range")
+        assert limit.status[i] == ("found" if depth else "stable at any gain")
         if depth:
             assert limit.gain[i] == pytest.approx(depth, rel=3e-12)
             assert limit.chatter_frequency[i] == pytest.approx(case["chatter_Hz"], rel=1e-11)
@@ -261,3 +261,26 @@ def test_every_interval_of_random_feedback(seed):
         for gain in low + (high - low) * np.array([0.01, 0.4, 0.99]):
             right = roots_beyond(Seen(omega, ratio, mass, delay, gain, now, then), 0.0)
             assert (right == 0) == np.any((stable[:, 0] <= gain) & (gain <= stable[:, 1]))
+
+
+def test_stable_at_any_depth_below_the_critical_speed_alone():
+    mode = lobex.Modes.single(frequency=450.0, damping_ratio=0.0316, mass=0.8106)
+    process = lobex.Turning(mode, 1.5e9, diameter=0.035, process_damping=lobex.ProcessDamping(6.11e5))
+    # Where L(ω) = G [K (1 − e^{−iωτ}) + iωC/v] crosses the negative real axis, at −1/b, is a limit b.
+    omega = np.linspace(1.0, 3e4, 300_001)
+    response = 1 / 0.8106 / ((2 * np.pi * 450) ** 2 - omega**2 + 2j * 0.0316 * 2 * np.pi * 450 * omega)
+    speeds = np.linspace(500, 1000, 11) / 60
+    limit = lobex.critical_gain(process, speeds, (1e-6, 1.1e-3))
+    above = lobex.critical_gain(process, speeds, (1e-6, 1.0))
+    for i, speed in enumerate(speeds):
+        loop = response * (1.5e9 * (1 - np.exp(-1j * omega / speed)) + 1j * omega * 6.11e5 / (np.pi * 0.035 * speed))
+        crossed = (loop.imag[:-1] * loop.imag[1:] < 0) & (loop.real[:-1] < 0)
+        if not crossed.any():
+            assert limit.status[i] == above.status[i] == "stable at any gain"
+            continue
+        ends = loop[:-1][crossed], loop[1:][crossed]
+        share = ends[0].imag / (ends[0].imag - ends[1].imag)
+        lowest = np.min(-1 / (ends[0].real + share * (ends[1] - ends[0]).real))
+        assert above.gain[i] == pytest.approx(lowest, rel=1e-4)
+        assert limit.status[i] == ("found" if lowest < 1.1e-3 else "none in range")
+    assert {"stable at any gain", "found", "none in range"} == set(limit.status)

@@ -31,6 +31,8 @@ from lobex.results.codes import Kind, Status
 from lobex.results.description import describe
 from lobex.results.limit import Limit
 
+# So many times the highest gain are as good as any: what is not proportional to the gain is rounding there.
+_ANY, _FURTHER = 1e9, 30.0
 # A sample of the scan: its multiplier, and its neighbours' while it is sorted.
 _BYTES = 60
 
@@ -117,6 +119,8 @@ def _search(
         return _by_operator(process, speeds, gains, method, progress)
     stable, settled, changes = changes_on_axis(process, speeds, float(gains[0]), float(gains[-1]))
     parts = _assembled(stable, np.full(len(speeds), np.inf), changes, gains)
+    none = np.flatnonzero(settled & (parts["status_code"] == Status.NONE_IN_RANGE))
+    parts["status_code"][_always_stable(process, speeds, none, float(gains[-1]))] = Status.STABLE_AT_ANY_GAIN
     left = np.flatnonzero(~settled)
     if not left.size:
         return parts, ""
@@ -128,6 +132,19 @@ def _search(
     for name, values in parts.items():
         values[left] = others[name]
     return parts, doubts
+
+
+def _always_stable(process: Process, speeds: np.ndarray, lanes: np.ndarray, highest: float) -> np.ndarray:
+    """Of the lanes that are stable at the highest gain those that are at every gain above."""
+    # What is regenerative has a limit at every speed, be it far above.
+    if not lanes.size or highest <= 0 or not isinstance(closed_form(process), str):
+        return lanes[:0]
+    most = highest
+    while lanes.size and most < _ANY * highest:
+        low, most = most, min(most * _FURTHER, _ANY * highest)
+        stable, sure, changes = changes_on_axis(process, speeds[lanes], low, most)
+        lanes = lanes[stable & sure & ~np.isin(np.arange(lanes.size), changes.lane)]
+    return lanes
 
 
 def _leave_undefined(process: Process, speeds: np.ndarray, parts: dict[str, np.ndarray]) -> None:

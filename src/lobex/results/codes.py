@@ -48,6 +48,7 @@ class Status(Code):
     TIE = 4
     BEYOND_THE_MEASURED_FREQUENCIES = 5
     UNDEFINED = 6
+    STABLE_AT_ANY_GAIN = 7
 
 
 class Kind(Code):

@@ -63,8 +63,10 @@ class Limit(OfProcess, form="lobex limit 2"):
         """What became of the search, in words, (n,): "found", "none in range", "unstable at the lower bound",
         "not converged", "tie" (a limit at which two multipliers of different frequency cross at once, so
         that kind, frequency and derivatives are those of one of them), "beyond the measured frequencies" (no limit in
-        the band of a ``Receptance``; one outside it is not seen), or "undefined" (a vibration without damping neither
-        grows nor dies out, whatever the gain)."""
+        the band of a ``Receptance``; one outside it is not seen), "undefined" (a vibration without damping neither
+        grows nor dies out, whatever the gain), or "stable at any gain" (from the lowest on no characteristic root comes
+        to the imaginary axis, however large the gain: below its critical speed process damping does that; told of
+        constant coefficients)."""
         return Status.words_of(self.status_code)
 
     @property
