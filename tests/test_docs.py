@@ -35,6 +35,9 @@ def limit_of_whole_overlap(names):
 # What a page says of its numbers.
 CLAIMS = {
     "own_matrices.md": lambda n: np.median(n["limit"].gain / n["every"].gain) < 1,
+    "tap_test.md": lambda n: (
+        n["mill"].modes.count == 4 and n["spindle"].at(100.0).frequency == pytest.approx([(820 + 790) / 2])
+    ),
     "receptance.md": lambda n: n["off"].max() < 1e-4,
     "milling.md": lambda n: (
         set(n["limit"].kind) <= {"hopf", "flip", ""}

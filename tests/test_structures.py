@@ -251,17 +251,6 @@ def test_proportional_damping_becomes_modal(form):
     assert modes.damping_ratio == pytest.approx(np.eye(6)[3] / (2 * own), abs=1e-15)
 
 
-@FORMS
-@pytest.mark.parametrize("keep", [None, (1,)])
-def test_damping_that_couples_modes_is_refused_with_what_would_be_lost(form, keep):
-    mass, stiffness = np.diag([2.0, 2.0]), 1e6 * np.array([[3.0, -1.0], [-1.0, 3.0]])
-    damper = np.diag([0.0, 8.0])
-    # The modes are (1, ±1)/2: each gets half of the damper's force, and the other half belongs to the other.
-    with pytest.raises(ValueError, match=r"damping is not proportional: .* lose 70\.7 % of the force") as error:
-        lobex.Modes.from_matrices(form(mass), form(stiffness), np.eye(2)[1], damping=form(damper), keep=keep)
-    assert "\n" not in str(error.value)
-
-
 def test_a_force_in_another_direction_than_the_displacement():
     force = np.eye(22)[[-2, -1]].T @ [0.6, 0.8]
     fixed = [MASS, STIFFNESS + np.diag(np.r_[1e36, 1e36, np.zeros(20)])]

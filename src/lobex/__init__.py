@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from lobex.results.spectrum_map import SpectrumMap, critical_speeds
     from lobex.results.wear_map import WearMap
     from lobex.structures.modes import Modes
+    from lobex.structures.modes_over_speed import ModesOverSpeed
     from lobex.structures.rod import Rod
     from lobex.studies.charts import sweep
     from lobex.studies.limits import critical_gain
@@ -76,6 +77,7 @@ _HOME = {
     "March": "results.march",
     "Milling": "processes.milling",
     "Modes": "structures.modes",
+    "ModesOverSpeed": "structures.modes_over_speed",
     "Orbit": "results.orbit",
     "Plastic": "contact.laws",
     "Power": "contact.laws",
@@ -134,6 +136,7 @@ __all__ = [
     "March",
     "Milling",
     "Modes",
+    "ModesOverSpeed",
     "Orbit",
     "Plastic",
     "Power",

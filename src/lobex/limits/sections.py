@@ -32,8 +32,17 @@ def sections_of(modes: Modes) -> Sections:
     """G of modes with one contact direction."""
     if modes.directions != 1:
         raise ValueError(f"source has {modes.directions} contact directions; give modes with one")
-    shape, loading = (namespace(modes).asarray(side)[:, 0] for side in (modes.shape, modes.loading))
-    return Sections(modes.angular_frequency, modes.damping_ratio, shape * loading)
+    lib = namespace(modes)
+    shape, loading = (lib.asarray(side)[:, 0] for side in (modes.shape, modes.loading))
+    if not modes.complex:
+        return Sections(modes.angular_frequency, modes.damping_ratio, shape * loading)
+    seen, acting = (
+        lib.zeros_like(shape) if side is None else lib.asarray(side)[:, 0]
+        for side in (modes.quadrature, modes.force_quadrature)
+    )
+    weight = shape * (loading + 2 * modes.damping_ratio * acting) - seen * acting
+    rate = (shape * acting + seen * loading) / modes.angular_frequency
+    return Sections(modes.angular_frequency, modes.damping_ratio, weight, rate)
 
 
 def on_boundary(value: Float[AnyArray, " *points"]) -> Float[AnyArray, " *points"]:

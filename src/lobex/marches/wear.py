@@ -113,7 +113,7 @@ def march_wear(
 
 def _checked_speeds(modes: Any, casing: Any, law: Any, speed: Any, revolutions: int, plausible: bool) -> np.ndarray:
     """The speed of every lane in every revolution, (n, revolutions), once all arguments are what they should be."""
-    check_modes(modes)
+    check_modes(modes, in_phase=True)
     check_casing(casing)
     check_law(law)
     if modes.directions != 1:

@@ -25,6 +25,7 @@ from lobex.processes.specific_force import CHIP, STEP
 from lobex.processes.speed_variation import SpeedVariation, check_variation
 from lobex.processes.teeth import WHOLE, HelicalTeeth, Parts, StraightTeeth
 from lobex.structures.modes import Modes, check_modes
+from lobex.structures.modes_over_speed import ModesOverSpeed
 from lobex.systems.coefficients import Following, Framed
 from lobex.systems.delays import Share, WholePeriod
 from lobex.systems.mesh import places_by_angle, places_that_matter
@@ -96,7 +97,7 @@ class Milling:
     The gain is the axial depth of cut b, m.
     """
 
-    modes: Modes
+    modes: Modes | ModesOverSpeed
     cutter: Cutter
     tangential: Number
     normal: Number
@@ -113,7 +114,7 @@ class Milling:
 
     def __init__(
         self,
-        modes: Modes,
+        modes: Modes | ModesOverSpeed,
         cutter: Cutter | int | None = None,
         tangential: Any = None,
         normal: Any = None,
@@ -202,7 +203,7 @@ class Milling:
             return layout
         object.__setattr__(self, "layout", layout)
         with at_once():
-            system = self.system(1.0, 1.0)
+            system = self.system(_some_speed(self.modes), 1.0)
             # With a helix they move with the depth.
             places = places_that_matter(system) if straight else places_by_angle(system, layout.repeats)
             return layout._replace(places=places)
@@ -220,7 +221,7 @@ class Milling:
         layout, varied = self.layout, self.speed_variation
         known = {"longest": layout.longest, "shortest": layout.shortest, "places": layout.places}
         turns = layout.repeats, layout.cycles
-        system = modal_system(self.modes, 1 / (self.cutter.alike * speed), tuple(cuts))
+        system = modal_system(self.modes.at(speed), 1 / (self.cutter.alike * speed), tuple(cuts))
         system = replace(system, **known) if varied is None else varied.acting_on(system, *turns, **known)
         if self.feed_per_tooth is not None:
             system = with_feed(system, layout.repeats * len(teeth) * self.feed_per_tooth)
@@ -293,6 +294,11 @@ class _Tooth(NamedTuple):
         return [] if self.step is None else [_step_force(self.force, self.step)]
 
 
+def _some_speed(modes: Modes | ModesOverSpeed) -> Number:
+    """A speed, Hz, at which there are modes."""
+    return modes.speed[0] if isinstance(modes, ModesOverSpeed) else 1.0
+
+
 def _step_force(teeth: Edges, step: Number) -> Forcing:
     """−b Σ (K_t t + K_n n) step, of a chip that is thicker by a step."""
     pushed: Any = Framed(-np.eye(teeth.directions), Following(replace(teeth, law=STEP)), step * np.ones((1, 1)))
@@ -330,9 +336,9 @@ def _check(process: Milling) -> np.ndarray | None:
     if process.feed_per_tooth is not None:
         _checks.positive("feed_per_tooth", process.feed_per_tooth, "m")
         _checks.scalar("feed_per_tooth", process.feed_per_tooth)
-    check_damping(process.process_damping, process.cutter.diameter)
+    check_damping(process.process_damping, process.cutter.diameter, process.modes)
     check_variation(process.speed_variation)
-    check_modes(process.modes)
+    check_modes(process.modes, over_speed=True)
     if process.modes.directions not in (1, 2):
         raise ValueError(f"modes has {process.modes.directions} contact directions; milling takes 1 or 2")
     return immersion

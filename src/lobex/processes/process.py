@@ -55,8 +55,13 @@ def differentiable(process: Process) -> tuple[tuple[float, Process], ...]:
 
 
 def check_speed(process: Any, speed: Any) -> None:
-    """Require finite speeds above zero, and not all of them rpm where revolutions per second are meant."""
+    """Require finite speeds above zero, not all of them rpm where revolutions per second are meant, and in the table of
+    modes that depend on them.
+    """
     _checks.positive("speed", speed, "Hz (revolutions per second)")
+    table = getattr(getattr(process, "modes", None), "check_speed", None)
+    if table is not None:
+        table(speed)
     numbers = _checks.as_numbers("speed", speed)
     if numbers is None or numbers.size == 0 or not has_units(process):
         return

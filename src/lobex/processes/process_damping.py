@@ -4,6 +4,8 @@ from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
+
 from lobex import _checks
 from lobex._namespace import namespace
 from lobex._pytree import pytree
@@ -11,6 +13,9 @@ from lobex._shapes import Number
 from lobex.systems.coefficients import Coefficient, Following, Framed
 from lobex.systems.system import DelaySystem
 from lobex.systems.terms import Delayed, Present, Regenerative, Term
+
+# Of what a force does at once to a velocity through each mode, what may be left of the sum.
+_ROUNDING = 1e-9
 
 
 @pytree()
@@ -38,10 +43,21 @@ class ProcessDamping:
         return self.coefficient / (namespace(diameter, speed).pi * diameter * speed)
 
 
-def check_damping(damping: Any, diameter: Any) -> None:
-    """Require process damping as such, and the diameter that makes a cutting speed of a spindle speed."""
+def check_damping(damping: Any, diameter: Any, modes: Any) -> None:
+    """Require process damping as such, the diameter that makes a cutting speed of a spindle speed, and modes whose
+    velocity at the contact is that of their states: of complex ones, a set from which none is missing.
+    """
     if damping is None:
         return
+    if getattr(modes, "complex", False) and not _checks.is_traced(modes):
+        parts = [0.0 if part is None else np.asarray(part) for part in (modes.quadrature, modes.force_quadrature)]
+        products = np.asarray(modes.shape) * parts[1] + np.asarray(modes.loading) * parts[0]
+        at_once = products / np.asarray(modes.angular_frequency)[..., None]
+        if np.any(np.abs(np.sum(at_once, axis=-2)) > _ROUNDING * np.sum(np.abs(at_once), axis=-2)):
+            raise ValueError(
+                "modes has complex modes of which some are missing, so that a force makes a velocity at once; "
+                "give all of them with process damping"
+            )
     if not isinstance(damping, ProcessDamping):
         raise ValueError(f"process_damping = {_checks.brief(damping)}; give lobex.ProcessDamping(coefficient)")
     if diameter is None:
@@ -56,8 +72,7 @@ def with_damping(system: DelaySystem, rubbing: Iterable[Coefficient]) -> DelaySy
     """
     lib = namespace(system.blocks, system.outputs)
     omega, r = system.blocks[:, 0, 1], system.output_size
-    shape = system.outputs[:, :, 0]
-    rate = lib.stack([lib.zeros_like(shape), shape * (omega / omega[0])[:, None]], axis=2)
+    rate = lib.einsum("nrs,nst->nrt", system.outputs, system.blocks / omega[0])
     unit = lib.eye(system.force_size)
     place, velocity = lib.eye(2 * r)[:r], lib.eye(2 * r)[r:]
 

@@ -12,6 +12,7 @@ from lobex.processes.process_damping import ProcessDamping, check_damping, with_
 from lobex.processes.quantity import CONTACT_STIFFNESS, DEPTH_OF_CUT, SPEED_UNITS, Quantity
 from lobex.processes.speed_variation import SpeedVariation, check_variation
 from lobex.structures.modes import Modes, check_modes
+from lobex.structures.modes_over_speed import ModesOverSpeed
 from lobex.systems.coefficients import Constant
 from lobex.systems.system import DelaySystem, modal_system
 from lobex.systems.terms import Regenerative
@@ -26,19 +27,19 @@ class Rub:
     gain is the contact stiffness K_e, N/m.
 
     Attributes:
-        modes: the blade's modes at the contact, or a measured ``Receptance``.
+        modes: the blade's modes at the contact, ``ModesOverSpeed``, or a measured ``Receptance``.
         speed_unit: in which speeds are drawn, "Hz" or "rpm"; or "1" of a model without units, its time and lengths
             being scaled: speed and gain are plain numbers then, and none of them is said to be implausible.
     """
 
-    modes: Modes
+    modes: Modes | ModesOverSpeed
     speed_unit: str = "Hz"
 
     gain: ClassVar[Quantity] = CONTACT_STIFFNESS
     passes: ClassVar[int] = 1
 
     def __post_init__(self) -> None:
-        check_modes(self.modes, measured=True)
+        check_modes(self.modes, measured=True, over_speed=True)
         _checks.choice("speed_unit", self.speed_unit, SPEED_UNITS)
 
     @in_float64
@@ -65,7 +66,7 @@ class Turning:
     The gain is the depth of cut b, m.
     """
 
-    modes: Modes
+    modes: Modes | ModesOverSpeed
     radial: Number
     speed_unit: str = "rpm"
     diameter: Number | None = None
@@ -76,17 +77,17 @@ class Turning:
     passes: ClassVar[int] = 1
 
     def __post_init__(self) -> None:
-        check_modes(self.modes, measured=True)
+        check_modes(self.modes, measured=True, over_speed=True)
         _checks.positive("radial", self.radial, "N/m²")
         _checks.scalar("radial", self.radial)
         _checks.choice("speed_unit", self.speed_unit, SPEED_UNITS)
         if self.diameter is not None:
             _checks.positive("diameter", self.diameter, "m")
             _checks.scalar("diameter", self.diameter)
-        check_damping(self.process_damping, self.diameter)
+        check_damping(self.process_damping, self.diameter, self.modes)
         check_variation(self.speed_variation)
         if self.process_damping is not None or self.speed_variation is not None:
-            check_modes(self.modes)
+            check_modes(self.modes, over_speed=True)
 
     @in_float64
     def system(self, speed: Number, gain: Number) -> DelaySystem:
@@ -105,8 +106,8 @@ class Turning:
         return with_damping(system, (rubbing if varied is None else varied.per_pace(rubbing),))
 
 
-def _regenerative_system(modes: Modes, speed: Number, stiffness: Number) -> DelaySystem:
-    check_modes(modes)
+def _regenerative_system(modes: Modes | ModesOverSpeed, speed: Number, stiffness: Number) -> DelaySystem:
+    check_modes(modes, over_speed=True)
     lib = namespace(stiffness)
     unit = lib.eye(modes.directions, dtype=lib.result_type(float))
-    return modal_system(modes, 1 / speed, (Regenerative(Constant(stiffness * unit)),))
+    return modal_system(modes.at(speed), 1 / speed, (Regenerative(Constant(stiffness * unit)),))

@@ -11,10 +11,12 @@ from lobex import _checks
 from lobex._float64 import in_float64
 from lobex._namespace import namespace
 from lobex._pytree import pytree
-from lobex._shapes import AnyArray
-from lobex.structures.damping import proportional_damping
+from lobex._shapes import AnyArray, ArrayLike, Number
+from lobex.structures.complex_modes import of_residues
+from lobex.structures.damping import coupled_modes, proportional_damping
 from lobex.structures.eigenproblem import keep_modes, vibration_modes
 from lobex.structures.matrices import is_sparse, whole
+from lobex.structures.modal_table import table_of
 
 
 @pytree()
@@ -24,12 +26,17 @@ class Modes:
     Displacement and force may have directions of their own, such as the surface normal and the direction of the
     cutting force: then ψ is not φ, and the residues φψ may have either sign.
 
+    Of a damping that couples modes, points do not move in phase: a complex mode is u̇ = ωv + χ̂ᵀF/ω,
+    v̇ = −ωu − 2ξωv + ψᵀF/ω, y = Σ φu + χv, with shapes in quadrature χ and χ̂ that are zero elsewhere.
+
     Attributes:
         angular_frequency: angular natural frequencies ω, shape (n,), rad/s.
         damping_ratio: modal damping ratios ξ, shape (n,).
         shape: mass-normalised mode shapes φ at the contact, shape (n, r), 1/√kg; r is the number of
             displacement directions that the contact acts on.
         force_shape: ψ, how a unit contact force loads each mode, shape (n, r), 1/√kg; None where it is ``shape``.
+        quadrature: χ, what the contact sees of u̇/ω, shape (n, r), 1/√kg; None for none.
+        force_quadrature: χ̂, how a unit contact force acts on u̇, shape (n, r), 1/√kg; None for none.
 
     Raises:
         ValueError: for values that are complex or not finite, frequencies not above zero, damping below zero, or
@@ -41,14 +48,18 @@ class Modes:
     shape: Real[AnyArray, "n r"]
     # None and not a copy: gradients and sensitivities to the one shape are those of both its parts together.
     force_shape: Real[AnyArray, "n r"] | None = None
+    quadrature: Real[AnyArray, "n r"] | None = None
+    force_quadrature: Real[AnyArray, "n r"] | None = None
 
     def __post_init__(self) -> None:
         _checks.positive("angular_frequency", self.angular_frequency, "rad/s")
         _checks.not_negative("damping_ratio", self.damping_ratio)
         _checks.as_numbers("shape", self.shape, "1/√kg, and force_shape for residues of another sign")
-        if self.force_shape is not None:
-            _checks.as_numbers("force_shape", self.force_shape, "1/√kg")
-        for name in ("angular_frequency", "damping_ratio", "shape", "force_shape"):
+        others = ("force_shape", "quadrature", "force_quadrature")
+        for name in others:
+            if getattr(self, name) is not None:
+                _checks.as_numbers(name, getattr(self, name), "1/√kg")
+        for name in ("angular_frequency", "damping_ratio", "shape", *others):
             # JAX takes a list for a tree of numbers.
             object.__setattr__(self, name, _checks.as_array(getattr(self, name)))
         count = np.shape(self.angular_frequency)
@@ -60,8 +71,10 @@ class Modes:
             )
         if len(np.shape(self.shape)) != 2 or np.shape(self.shape)[0] != count[0]:
             raise ValueError(f"shape has shape {np.shape(self.shape)}; give ({count[0]}, directions)")
-        if np.shape(self.loading) != np.shape(self.shape):
-            raise ValueError(f"force_shape has shape {np.shape(self.loading)}; give that of shape, {self.shape.shape}")
+        for name in others:
+            if getattr(self, name) is not None and np.shape(getattr(self, name)) != np.shape(self.shape):
+                given = np.shape(getattr(self, name))
+                raise ValueError(f"{name} has shape {given}; give that of shape, {np.shape(self.shape)}")
 
     @property
     def loading(self) -> Real[AnyArray, "n r"]:
@@ -83,23 +96,96 @@ class Modes:
         """Natural frequencies ω/2π, shape (n,), Hz."""
         return self.angular_frequency / (2 * np.pi)
 
+    @property
+    def complex(self) -> bool:
+        """Whether any shape has a part in quadrature."""
+        return self.quadrature is not None or self.force_quadrature is not None
+
+    def at(self, speed: Number) -> "Modes":
+        """Themselves: ``ModesOverSpeed`` are others at another speed."""
+        return self
+
     @classmethod
-    def single(cls, *, frequency: float, damping_ratio: float, mass: float) -> "Modes":
-        """One mode, from its natural frequency (Hz), damping ratio and modal mass (kg)."""
-        _checks.positive("frequency", frequency, "Hz")
-        _checks.not_negative("damping_ratio", damping_ratio)
-        _checks.positive("mass", mass, "kg")
-        for name, value in (("frequency", frequency), ("damping_ratio", damping_ratio), ("mass", mass)):
+    def single(
+        cls, *, frequency: Number, damping_ratio: Number, mass: Number | None = None, stiffness: Number | None = None
+    ) -> "Modes":
+        """One mode, from its natural frequency (Hz), damping ratio, and modal mass (kg) or modal stiffness (N/m).
+
+        Raises:
+            ValueError: unless one of mass and stiffness is given, and for numbers that are not above zero, with damping
+                0 or more.
+        """
+        for name, value in (("frequency", frequency), ("damping_ratio", damping_ratio)):
             _checks.scalar(name, value)
-        return cls(*_single(frequency, damping_ratio, mass))
+        return cls(*table_of(frequency, damping_ratio, mass, stiffness, None))
+
+    @classmethod
+    def from_table(
+        cls,
+        frequency: ArrayLike,
+        damping_ratio: ArrayLike,
+        *,
+        mass: ArrayLike | None = None,
+        stiffness: ArrayLike | None = None,
+        direction: Any = None,
+    ) -> "Modes":
+        """Modes of a table, such as that of a tap test in several directions, one a row.
+
+        Args:
+            frequency: natural frequencies, (n,), Hz.
+            damping_ratio: ξ, one number or (n,).
+            mass: modal masses, one number or (n,), kg; or
+            stiffness: modal stiffnesses, one number or (n,), N/m, of motion along the direction of each mode.
+            direction: names of axes, one or n of "x", "y" and "z"; or n vectors along which each mode moves and is
+                pushed, (n, r), of any length. None for one contact direction.
+
+        Returns:
+            Modes seen in as many directions r as the vectors have, or up to the last axis named.
+
+        Raises:
+            ValueError: for numbers as of ``single``, tables of other lengths, axes of other names, vectors of no
+                length.
+        """
+        return cls(*table_of(frequency, damping_ratio, mass, stiffness, direction))
+
+    @classmethod
+    def from_poles(cls, pole: ArrayLike, residue: ArrayLike) -> "Modes":
+        """Complex modes, as a modal test fits them: G(s) = Σ R/(s − λ) + R̄/(s − λ̄).
+
+        Args:
+            pole: λ = −ξω + jω√(1 − ξ²), one of each pair, (n,), rad/s.
+            residue: R of one contact direction, (n,), or of r, (n, r, r) and of rank one each, m/(N s).
+
+        Raises:
+            ValueError: for poles that are not such, residues of another shape or rank, and numbers that are not finite.
+        """
+        return cls(*of_residues(pole, residue))
 
     @classmethod
     def plane(cls, *, x: "Modes", y: "Modes") -> "Modes":
         """The modes of two perpendicular directions, as r = 2 for milling in the plane."""
-        for name, modes in (("x", x), ("y", y)):
-            if modes.directions != 1:
-                raise ValueError(f"{name} has {modes.directions} contact directions; give modes with one")
-        return cls(*_plane(x, y))
+        return cls(*_beside({"x": x, "y": y}))
+
+    @classmethod
+    def space(cls, *, x: "Modes", y: "Modes", z: "Modes") -> "Modes":
+        """The modes of three perpendicular directions: r = 3, of milling with z along the axis of the tool."""
+        return cls(*_beside({"x": x, "y": y, "z": z}))
+
+    @classmethod
+    def relative(cls, *, tool: "Modes", workpiece: "Modes") -> "Modes":
+        """The modes of tool and workpiece, both flexible, as the cut between them sees them.
+
+        The force acts on both, in opposite directions, and the cut sees the difference of their displacements, so that
+        their receptances add up.
+        """
+        for name, modes in (("tool", tool), ("workpiece", workpiece)):
+            if not isinstance(modes, Modes):
+                raise ValueError(f"{name} = {_checks.brief(modes)}; give lobex.Modes")
+        if tool.directions != workpiece.directions:
+            raise ValueError(
+                f"tool has {tool.directions} contact directions and workpiece {workpiece.directions}; give as many"
+            )
+        return cls(*_together([(tool, 1.0), (workpiece, -1.0)]))
 
     @classmethod
     def from_matrices(
@@ -126,8 +212,9 @@ class Modes:
             damping_ratio: ξ, one number or one per mode kept.
             keep: mode numbers to keep, counted from 1 in order of frequency; all by default. Sparse
                 matrices with ``keep`` are solved for the lowest modes alone.
-            damping: in place of ``damping_ratio``, a symmetric matrix C, (dof, dof), N s/m, that the modes
-                diagonalise, such as αM + βK.
+            damping: in place of ``damping_ratio``, a symmetric matrix C, (dof, dof), N s/m. Where the modes diagonalise
+                it, such as αM + βK, they have damping ratios; where it couples them, those that are kept make complex
+                modes among themselves.
             force: the unit contact force as a combination of the degrees of freedom, of the shape of ``contact``,
                 where it acts in another direction than the displacement is taken in.
             triangle: "lower" or "upper" for matrices of which that triangle alone is stored.
@@ -135,8 +222,11 @@ class Modes:
                 condensation, which is exact for them.
 
         Raises:
-            ValueError: naming the matrix that has a wrong shape, is not symmetric, or is singular, and for
-                damping that couples modes.
+            ValueError: naming the matrix that has a wrong shape, is not symmetric, or is singular, and for damping that
+                lets a vibration grow.
+
+        Warns:
+            LobexWarning: where damping couples the modes kept to others, of what force is lost.
         """
         if (damping_ratio is None) == (damping is None):
             raise ValueError("give either damping_ratio or damping, a matrix")
@@ -151,12 +241,15 @@ class Modes:
             if np.shape(force) != np.shape(contact):
                 raise ValueError(f"force has shape {np.shape(force)}; give that of contact, {np.shape(contact)}")
         angular_frequency, vectors = vibration_modes(mass, stiffness, keep, condense)
-        if matrix:
-            ratio = proportional_damping(matrix[0], mass, stiffness, angular_frequency, vectors)
-        else:
+        shape, loading = _seen_at(vectors, contact), None if force is None else _seen_at(vectors, force)
+        if not matrix:
             ratio = modal_damping(damping_ratio, np.shape(vectors)[1])
-        loading = None if force is None else _seen_at(vectors, force)
-        return cls(angular_frequency, ratio, _seen_at(vectors, contact), loading)
+            return cls(angular_frequency, ratio, shape, loading)
+        model = matrix[0], mass, stiffness, angular_frequency, vectors
+        ratio = proportional_damping(*model)
+        if ratio is None:
+            return cls(*coupled_modes(*model, shape, shape if loading is None else loading))
+        return cls(angular_frequency, ratio, shape, loading)
 
     def select(self, keep: Sequence[int]) -> "Modes":
         """The modes of the given numbers, counted from 1."""
@@ -164,11 +257,18 @@ class Modes:
         return jax.tree.map(lambda leaf: leaf[index], self)
 
 
-def check_modes(modes: Any, measured: bool = False) -> None:
-    """Require ``Modes`` or, if ``measured``, a measured receptance in their place."""
-    if isinstance(modes, Modes) or (measured and hasattr(modes, "response")):
+def check_modes(modes: Any, measured: bool = False, over_speed: bool = False, in_phase: bool = False) -> None:
+    """Require ``Modes``, none of them complex if ``in_phase``, or, if ``measured``, a measured receptance, or, if
+    ``over_speed``, a table in their place.
+    """
+    table = hasattr(modes, "check_speed")
+    if in_phase and getattr(modes, "complex", False):
+        raise ValueError("modes has complex modes, which a march of wear does not take; give modes with damping ratios")
+    if isinstance(modes, Modes) or (measured and hasattr(modes, "response")) or (over_speed and table):
         return
-    if hasattr(modes, "response"):
+    if table:
+        hint = "modes over speed serve processes alone; give those at one speed, by at(speed)"
+    elif hasattr(modes, "response"):
         hint = "a measured receptance serves exact_limit alone; give lobex.Modes"
     else:
         hint = "give lobex.Modes, such as lobex.Rod().modes()"
@@ -187,31 +287,31 @@ def modal_damping(damping_ratio: Any, count: int) -> Float[AnyArray, " n"]:
     return lib.broadcast_to(lib.asarray(damping_ratio, dtype=lib.result_type(float)), (count,))
 
 
-@in_float64
-def _single(
-    frequency: Any, damping_ratio: Any, mass: Any
-) -> tuple[Float[AnyArray, "1"], Float[AnyArray, "1"], Float[AnyArray, "1 1"]]:
-    lib = namespace(frequency, damping_ratio, mass)
-    number = [lib.asarray(value, dtype=lib.result_type(float)) for value in (frequency, damping_ratio, mass)]
-    return 2 * lib.pi * number[0][None], number[1][None], 1 / lib.sqrt(number[2])[None, None]
+def _beside(parts: dict[str, Modes]) -> tuple[Any, ...]:
+    """Fields of modes that each part has in a direction of its own."""
+    for name, modes in parts.items():
+        if not isinstance(modes, Modes) or modes.directions != 1:
+            has = f"has {modes.directions} contact directions" if isinstance(modes, Modes) else "is none"
+            raise ValueError(f"{name} {has}; give modes with one")
+    axes = np.eye(len(parts))[:, None]
+    return _together(list(zip(parts.values(), axes, strict=True)))
 
 
 @in_float64
-def _plane(
-    x: Modes, y: Modes
-) -> tuple[Float[AnyArray, " n"], Float[AnyArray, " n"], Float[AnyArray, "n 2"], Float[AnyArray, "n 2"] | None]:
-    lib = namespace(x, y)
-
-    def beside(one: Any, other: Any) -> Float[AnyArray, "n 2"]:
-        return lib.block([[lib.asarray(one), lib.zeros((x.count, 1))], [lib.zeros((y.count, 1)), lib.asarray(other)]])
-
-    same = x.force_shape is None and y.force_shape is None
-    return (
-        lib.concatenate([x.angular_frequency, y.angular_frequency]),
-        lib.concatenate([x.damping_ratio, y.damping_ratio]),
-        beside(x.shape, y.shape),
-        None if same else beside(x.loading, y.loading),
-    )
+def _together(parts: Sequence[tuple[Modes, Any]]) -> tuple[Any, ...]:
+    """Fields of all modes, their shapes times what goes with each part: (n, 1) times a direction, or a sign."""
+    lib = namespace(parts)
+    fields = [lib.concatenate([getattr(m, name) for m, _ in parts]) for name in ("angular_frequency", "damping_ratio")]
+    for name in ("shape", "force_shape", "quadrature", "force_quadrature"):
+        if all(getattr(modes, name) is None for modes, _ in parts):
+            fields.append(None)
+            continue
+        sides = [modes.loading if name == "force_shape" else getattr(modes, name) for modes, _ in parts]
+        filled = [
+            lib.zeros(np.shape(m.shape)) if side is None else side for side, (m, _) in zip(sides, parts, strict=True)
+        ]
+        fields.append(lib.concatenate([lib.asarray(f) * by for f, (_, by) in zip(filled, parts, strict=True)]))
+    return tuple(fields)
 
 
 @in_float64

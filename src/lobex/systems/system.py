@@ -198,10 +198,11 @@ def modal_system(modes: Modes, period: Number, terms: tuple[Term, ...], **others
     unit = lib.stack([lib.stack([zero, one], -1), lib.stack([-one, -2 * modes.damping_ratio], -1)], -2)
     shape, loading = lib.asarray(modes.shape), lib.asarray(modes.loading)
     none = lib.zeros_like(shape)
+    seen, acting = modes.quadrature, modes.force_quadrature
     return DelaySystem(
         blocks=omega[:, None, None] * unit,
-        inputs=lib.stack([none, loading / omega[:, None]], axis=1),
-        outputs=lib.stack([shape, none], axis=2),
+        inputs=lib.stack([none if acting is None else acting / omega[:, None], loading / omega[:, None]], axis=1),
+        outputs=lib.stack([shape, none if seen is None else lib.asarray(seen)], axis=2),
         period=period,
         terms=terms,
         **others,
