@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from lobex.plots.campbell import campbell
     from lobex.processes.canonical import DelayedMathieu, Scalar
     from lobex.processes.cutter import Cutter
+    from lobex.processes.cutting_force import CuttingForce
     from lobex.processes.linear_delay import LinearDelay
     from lobex.processes.milling import Milling
     from lobex.processes.process_damping import ProcessDamping
@@ -67,6 +68,7 @@ _HOME = {
     "Cubic": "contact.laws",
     "Cut": "results.cut",
     "Cutter": "processes.cutter",
+    "CuttingForce": "processes.cutting_force",
     "DelaySystem": "systems.system",
     "DelayedMathieu": "processes.canonical",
     "Duhamel": "operators.duhamel",
@@ -126,6 +128,7 @@ __all__ = [
     "Cubic",
     "Cut",
     "Cutter",
+    "CuttingForce",
     "DelaySystem",
     "DelayedMathieu",
     "Duhamel",

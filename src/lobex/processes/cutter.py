@@ -1,5 +1,6 @@
 """What a milling cutter is: its teeth, the angles between them, their helix, and how far each stands out."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -20,7 +21,7 @@ _SAME = 1e-12
 
 @pytree(static=("teeth", "alike"))
 class Cutter:
-    """A milling cutter, angles in radians; ``end_mill`` makes one of degrees.
+    """A milling cutter, angles in radians; ``end_mill``, ``ball`` and others make one of degrees.
 
     Tooth j + 1 runs ahead of tooth j by ``pitch[j]``, measured at the tip, and tooth 0 ahead of the last one. With a
     helix the tip leads: an edge at the height z above it lags by 2 tan(helix) z/diameter.
@@ -33,6 +34,12 @@ class Cutter:
         helix: helix angle, rad: one of all teeth, or one of each, (teeth,). None of straight teeth.
         runout: what the radius of each tooth has above the nominal one, m, (teeth,). None where there is none.
         alike: how often the teeth repeat in a turn, found from the numbers; leave it out.
+        corner_radius: of the corner between the face and the edge above it, m; None for a sharp one.
+        lead: κ, from the plane of the face to the edge above the corner, rad; None for π/2, a cylinder.
+        discs: thickness, m, lead angle and lag, rad, of straight discs from the tip, (discs, 3): in place of helix,
+            corner and lead. None for none.
+        offset: how far the axis of the teeth is from that of the spindle, m. None where they are one.
+        offset_angle: at which it is, rad, from tooth 0 towards tooth 1; None for 0.
     """
 
     teeth: int
@@ -41,10 +48,15 @@ class Cutter:
     helix: Number | Real[AnyArray, " teeth"] | None = None
     runout: Real[AnyArray, " teeth"] | None = None
     alike: int = 1
+    corner_radius: Number | None = None
+    lead: Number | None = None
+    offset: Number | None = None
+    offset_angle: Number | None = None
+    discs: Real[AnyArray, "discs 3"] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "teeth", _checks.integer("teeth", self.teeth, 1, _MOST_TEETH))
-        for name in ("pitch", "helix", "runout"):
+        for name in ("pitch", "helix", "runout", "discs"):
             object.__setattr__(self, name, _checks.as_array(getattr(self, name)))
         if self.diameter is not None:
             _checks.positive("diameter", self.diameter, "m")
@@ -58,6 +70,7 @@ class Cutter:
             self._check_shape("runout", "m")
         if self.helix is not None:
             self._check_helix(self.helix)
+        self._check_profile()
         object.__setattr__(self, "alike", self._repeats())
 
     @classmethod
@@ -69,6 +82,10 @@ class Cutter:
         pitch_degrees: ArrayLike | None = None,
         helix_degrees: ArrayLike | None = None,
         runout: ArrayLike | None = None,
+        offset: Number | None = None,
+        offset_degrees: Number | None = None,
+        corner_radius: Number | None = None,
+        lead_degrees: Number | None = None,
     ) -> "Cutter":
         """A cylindrical end mill, angles in degrees.
 
@@ -78,10 +95,15 @@ class Cutter:
             pitch_degrees: the angle from each tooth to the next, (teeth,): one turn, 360, together.
             helix_degrees: helix angle, one of all teeth or one of each; none, or 0, of straight teeth.
             runout: what the radius of each tooth has above the nominal one, m, (teeth,).
+            offset: how far the axis of the teeth is from that of the spindle, m, and
+            offset_degrees: at which angle, from tooth 0 towards tooth 1; 0 where it is left out.
+            corner_radius: of the corner, m; none of a sharp one. It takes a diameter.
+            lead_degrees: from the face to the edge above the corner; 90 of a cylinder.
 
         Raises:
             ValueError: unless either teeth or pitch angles are given, for angles that make no turn, helix angles that
-                are not from 0 to below 90, and helix angles without a diameter.
+                are not from 0 to below 90, lead angles that are not above 0 and up to 90, helix angles and corners
+                without a diameter, and corners above the radius.
         """
         if (teeth is None) == (pitch_degrees is None):
             raise ValueError(
@@ -104,7 +126,90 @@ class Cutter:
                 raise ValueError(f"helix_degrees = {_checks.brief(helix_degrees)}; give angles from 0 to below 90")
             straight = angles is not None and not np.any(angles)
             helix = None if straight else helix * (np.pi / 180)
-        return cls(count, diameter, pitch, helix, _checks.as_array(runout))
+        lead = None if lead_degrees is None else _lead(lead_degrees)
+        if offset_degrees is not None:
+            _checks.as_numbers("offset_degrees", offset_degrees, "degrees")
+            offset_degrees = offset_degrees * (np.pi / 180)
+        stands: Any = _checks.as_array(runout)
+        return cls(
+            count,
+            diameter,
+            pitch,
+            helix,
+            stands,
+            corner_radius=corner_radius,
+            lead=lead,
+            offset=offset,
+            offset_angle=offset_degrees,
+        )
+
+    @classmethod
+    def ball(cls, diameter: Number, **edges: Any) -> "Cutter":
+        """A ball end mill: its corner is all of its radius. ``edges`` are those of ``end_mill``, by name."""
+        return cls.end_mill(diameter, corner_radius=diameter / 2, **edges)
+
+    @classmethod
+    def bull_nose(cls, diameter: Number, corner_radius: Number, **edges: Any) -> "Cutter":
+        """An end mill with a corner of a radius, m. ``edges`` are those of ``end_mill``, by name."""
+        return cls.end_mill(diameter, corner_radius=corner_radius, **edges)
+
+    @classmethod
+    def tapered(cls, diameter: Number, taper_degrees: Number, **edges: Any) -> "Cutter":
+        """A cone that widens by an angle to its axis, degrees, above the diameter of its tip, m.
+
+        ``edges`` are those of ``end_mill``, by name; a helix lags by the height as on a cylinder of the diameter. With
+        a corner the diameter is that where the corner ends.
+        """
+        angle = _checks.as_numbers("taper_degrees", taper_degrees, "degrees")
+        if angle is not None and not np.all((angle >= 0) & (angle < 90)):
+            raise ValueError(f"taper_degrees = {_checks.brief(taper_degrees)}; give an angle from 0 to below 90")
+        return cls.end_mill(diameter, lead_degrees=90 - taper_degrees, **edges)
+
+    @classmethod
+    def inserts(cls, diameter: Number, lead_degrees: Number, **edges: Any) -> "Cutter":
+        """A face mill of straight inserts at a lead angle, degrees. ``edges`` are those of ``end_mill``, by name."""
+        return cls.end_mill(diameter, lead_degrees=lead_degrees, **edges)
+
+    @classmethod
+    def from_discs(
+        cls,
+        diameter: Number,
+        thickness: ArrayLike,
+        *,
+        lag_degrees: ArrayLike | None = None,
+        lead_degrees: ArrayLike | None = None,
+        **edges: Any,
+    ) -> "Cutter":
+        """A cutter of any profile, as a stack of straight discs from the tip.
+
+        Its force jumps with every disc, so that it takes many where a factory of the profile takes none, and converges
+        to that with the square of their thickness.
+
+        Args:
+            diameter: m.
+            thickness: of each disc, (discs,), m; the last one is as thick as it takes.
+            lag_degrees: by which each lags behind the tip, (discs,); 0 for None.
+            lead_degrees: lead angle of each, (discs,); 90 for None.
+            edges: as of ``end_mill``, by name, but helix, corner and lead.
+        """
+        parts = [_checks.as_array(part) for part in (thickness, lead_degrees, lag_degrees)]
+        _checks.positive("thickness", parts[0], "m")
+        count = np.shape(parts[0])
+        if len(count) != 1:
+            raise ValueError(f"thickness has shape {count}; give one number a disc")
+        angles = []
+        for name, part, usual in (("lead_degrees", parts[1], 90.0), ("lag_degrees", parts[2], 0.0)):
+            numbers = _checks.as_numbers(name, np.full(count, usual) if part is None else part, "degrees")
+            if part is not None and np.shape(part) != count:
+                raise ValueError(f"{name} has shape {np.shape(part)}; give one angle a disc, {count}")
+            if name == "lead_degrees" and numbers is not None and not np.all((numbers > 0) & (numbers <= 90)):
+                raise ValueError(f"lead_degrees = {_checks.brief(lead_degrees)}; give angles above 0 and up to 90")
+            angles.append((np.full(count, usual) if part is None else part) * (np.pi / 180))
+        cutter = cls.end_mill(diameter, **edges)
+        if cutter.helix is not None or cutter.shaped:
+            raise ValueError("edges have a helix, a corner or a lead angle beside discs; give those of each disc")
+        lib = namespace(parts[0], angles)
+        return replace(cutter, discs=lib.stack([lib.asarray(parts[0]), *angles], axis=1))
 
     @property
     def pattern(self) -> Float[Any, " alike"]:
@@ -123,6 +228,11 @@ class Cutter:
         return None if self.helix is None else 2 * namespace(self.helix).tan(self.helix) / self.diameter
 
     @property
+    def shaped(self) -> bool:
+        """Whether the edges have another profile than that of a cylinder."""
+        return any(part is not None for part in (self.corner_radius, self.lead, self.discs))
+
+    @property
     def one_helix(self) -> bool:
         """Whether the edges are straight or have the same helix."""
         return self.helix is None or np.ndim(self.helix) == 0
@@ -135,7 +245,7 @@ class Cutter:
     def _repeats(self) -> int:
         """How often the teeth repeat in a turn; once where that is not known. With edges of different helix, too."""
         each = [part for part in (self.pitch, self.runout) if part is not None]
-        if not self.one_helix or _checks.is_traced(each):
+        if not self.one_helix or self.offset is not None or _checks.is_traced(each):
             return 1
         for count in range(1, self.teeth + 1):
             shifted = all(np.allclose(part, np.roll(part, count), rtol=_SAME, atol=0) for part in each)
@@ -167,6 +277,43 @@ class Cutter:
             )
         if self.diameter is None:
             raise ValueError("diameter = None with a helix; give the diameter of the cutter in m")
+
+    def _check_profile(self) -> None:
+        for name, unit in (("corner_radius", "m"), ("lead", "rad")):
+            if getattr(self, name) is not None:
+                _checks.positive(name, getattr(self, name), unit)
+                _checks.scalar(name, getattr(self, name))
+        for name, unit in (("offset", "m"), ("offset_angle", "rad")):
+            if getattr(self, name) is not None:
+                _checks.as_numbers(name, getattr(self, name), unit)
+                _checks.scalar(name, getattr(self, name))
+        if self.offset_angle is not None and self.offset is None:
+            raise ValueError("offset = None with an angle of it; give how far the axis of the teeth is off, in m")
+        lead = None if self.lead is None else _checks.as_numbers("lead", self.lead)
+        if lead is not None and lead > np.pi / 2 * (1 + _SAME):
+            raise ValueError(f"lead = {float(lead):.6g} rad; give an angle above 0 and up to π/2, that of a cylinder")
+        if self.shaped and not self.one_helix:
+            raise ValueError("helix has an angle a tooth; give one helix angle with a corner radius or a lead angle")
+        if self.corner_radius is None:
+            return
+        if self.diameter is None:
+            raise ValueError("diameter = None with a corner; give the diameter of the cutter in m")
+        if _checks.is_traced((self.corner_radius, self.diameter, self.lead)):
+            return
+        radius, wide = float(self.corner_radius), float(self.diameter) / 2
+        if radius * (1.0 if lead is None else np.sin(lead)) > wide * (1 + _SAME):
+            raise ValueError(
+                f"corner_radius = {radius:.6g} m is above the radius of the cutter; give at most {wide:.6g} m"
+            )
+
+
+def _lead(lead_degrees: Number) -> Number | None:
+    """κ, rad; None of a cylinder."""
+    _checks.scalar("lead_degrees", lead_degrees)
+    angle = _checks.as_numbers("lead_degrees", lead_degrees, "degrees")
+    if angle is not None and not 0 < angle <= 90:
+        raise ValueError(f"lead_degrees = {float(angle):.6g}; give an angle above 0 and up to 90, that of a cylinder")
+    return None if angle is not None and angle == 90 else lead_degrees * (np.pi / 180)
 
 
 def as_cutter(cutter: Any) -> Cutter:

@@ -1,6 +1,5 @@
 """Milling in one or two directions, (3.24)-(3.29), with any pitch and helix."""
 
-import math
 from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, ClassVar, NamedTuple
@@ -8,20 +7,25 @@ from typing import Any, ClassVar, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Real
 
 from lobex import _checks
 from lobex._float64 import at_once, in_float64
 from lobex._namespace import namespace
 from lobex._pytree import pytree
-from lobex._shapes import Number
+from lobex._shapes import AnyArray, Number
 from lobex.processes.cutter import TURN, Cutter, as_cutter
-from lobex.processes.edge_points import EdgeDelay, EdgePoint, edge_points
+from lobex.processes.cutting_force import CuttingForce, check_force
+from lobex.processes.disc_teeth import DiscTeeth
+from lobex.processes.edge_points import EdgeDelay, EdgePoint, edge_points, missed_by, points_for
+from lobex.processes.engagement import arc_of, cutting_angles, parts_of
 from lobex.processes.feed import with_feed
+from lobex.processes.orbiting import OrbitingAxis
 from lobex.processes.process import check_point
 from lobex.processes.process_damping import ProcessDamping, check_damping, with_damping
+from lobex.processes.profiled_teeth import ProfiledTeeth
 from lobex.processes.quantity import DEPTH_OF_CUT, SPEED_UNITS, Quantity
-from lobex.processes.specific_force import CHIP, STEP
+from lobex.processes.specific_force import CHIP, EDGE, STEP
 from lobex.processes.speed_variation import SpeedVariation, check_variation
 from lobex.processes.teeth import WHOLE, HelicalTeeth, Parts, StraightTeeth
 from lobex.structures.modes import Modes, check_modes
@@ -32,11 +36,13 @@ from lobex.systems.mesh import places_by_angle, places_that_matter
 from lobex.systems.system import DelaySystem, Places, modal_system
 from lobex.systems.terms import Forcing, Regenerative, Term
 
-Edges = StraightTeeth | HelicalTeeth
+Edges = StraightTeeth | HelicalTeeth | ProfiledTeeth | DiscTeeth
 
 # How far inside full immersion derivatives by it are taken: a power of 2, so that 1 − a is exact.
 _INSIDE = 2.0**-40
 _MOST_HEIGHTS = 64
+# Of a force along an edge, what its points may leave without a word.
+_LEFT = 1e-6
 
 
 class Layout(NamedTuple):
@@ -67,7 +73,8 @@ class Milling:
     The force on the tool is −Σ ∫ H_j(t, z) [y(t) − y(t − τ_j)] dz over the teeth j and the heights z from the tip, 0,
     to the depth of cut b: −b Σ H_j(t) [y(t) − y(t − τ_j)] of straight teeth. With one direction (feed, x) H is K_s(t)
     of (3.25), with two (x along the feed, y across it) the 2×2 matrix of the same forces (Insperger and Stépán,
-    Semi-Discretization for Time-Delay Systems, 2011, ch. 5). Angles are those of Appendix A: down-milling cuts from
+    Semi-Discretization for Time-Delay Systems, 2011, ch. 5), with three (z along the axis, away from the tip) that with
+    the axial force, ``profiled_teeth``. Angles are those of Appendix A: down-milling cuts from
     acos(2a − 1) to π, up-milling from 0 to acos(1 − 2a), with the radial immersion a. Tooth j is at the angle
     2π · speed · t + θ_j and τ_j is the pitch angle to tooth j + 1, which runs ahead, over that speed (Budak, An
     analytical design method for milling cutters with nonconstant pitch to increase stability, J. Manuf. Sci. Eng. 125,
@@ -77,22 +84,29 @@ class Milling:
     is like another.
 
     Attributes:
-        modes: the tool's modes, r = 1 or r = 2 directions.
+        modes: the tool's modes, r = 1, 2 or 3 directions.
         cutter: a ``Cutter``, or the number of its teeth, which are straight and at equal angles then.
         tangential: tangential specific cutting force K_t, N/m².
         normal: normal (radial) specific cutting force K_n, N/m².
-        radial_immersion: radial depth of cut over tool diameter, in (0, 1].
+        radial_immersion: radial depth of cut over tool diameter, in (0, 1]; None where ``angles`` are given. The angles
+            that it makes are those at every height, of a corner too.
         direction: "down" or "up".
         layout: what is found from the numbers; leave it out.
         speed_unit: as of ``Rub``.
         feed_per_tooth: f_z, m, the mean of all teeth, each of which takes its share by its pitch angle: the chip is
             f_z sin φ thick without vibration, and that of a runout more. It is the forcing of ``orbit``, and has no
             part in multipliers and limits; no tooth leaves the cut for it. None where no motion is asked for.
-        heights: of teeth with a helix angle each, points along the part of each edge in the cut, by Gauss' rule.
+        heights: of teeth with a helix angle each, points along the part of each edge in the cut, by Gauss' rule; a
+            warning tells where they may be too few, since ``error`` knows of the nodes in time alone.
         process_damping: a ``ProcessDamping`` of every tooth in the cut, of a cutter with a diameter; what ``orbit``
             tells is then displacements, and beside them velocities over the first angular frequency. None for none.
         speed_variation: a ``SpeedVariation`` of the spindle, whose mean speed is that of the process; the table's feed
             is steady. The period is then what it takes until teeth and speed come back together. None for none.
+        axial: axial specific cutting force K_a, N/m²: it acts on a third direction, and where the lead angle is less
+            than 90 degrees. None for none.
+        edge: forces of the edge, tangential, normal and axial, per width of the chip, N/m, (3,): a forcing of
+            ``orbit``, as the feed. None for none.
+        angles: entry and exit of the cut, rad, (2,), from 0 to π. None where ``radial_immersion`` says.
 
     The gain is the axial depth of cut b, m.
     """
@@ -101,7 +115,7 @@ class Milling:
     cutter: Cutter
     tangential: Number
     normal: Number
-    radial_immersion: Number
+    radial_immersion: Number | None
     direction: str = "down"
     layout: Layout = _UNKNOWN
     speed_unit: str = "rpm"
@@ -109,6 +123,9 @@ class Milling:
     heights: int = 6
     process_damping: ProcessDamping | None = None
     speed_variation: SpeedVariation | None = None
+    axial: Number | None = None
+    edge: Real[AnyArray, "3"] | None = None
+    angles: Real[AnyArray, "2"] | None = None
 
     gain: ClassVar[Quantity] = DEPTH_OF_CUT
 
@@ -126,12 +143,28 @@ class Milling:
         heights: int = 6,
         process_damping: ProcessDamping | None = None,
         speed_variation: SpeedVariation | None = None,
+        axial: Number | None = None,
+        edge: Any = None,
+        angles: Any = None,
         *,
         teeth: int | None = None,
+        force: CuttingForce | None = None,
+        angles_degrees: Any = None,
     ) -> None:
-        """As the attributes say; ``teeth`` is the number of straight teeth at equal angles, in place of a cutter."""
+        """As the attributes say.
+
+        Args:
+            teeth: number of straight teeth at equal angles, in place of a cutter.
+            force: a ``CuttingForce`` in place of tangential, normal, axial and edge.
+            angles_degrees: entry and exit of the cut, (2,), in place of a radial immersion.
+        """
         if (cutter is None) == (teeth is None):
             raise ValueError(f"cutter = {_checks.brief(cutter)}, teeth = {_checks.brief(teeth)}: give one of them")
+        if force is not None:
+            tangential, normal, axial, edge = _of_force(force, tangential, normal, axial, edge)
+        if angles_degrees is not None:
+            angles = _checks.as_array(angles_degrees) * (np.pi / 180)
+        edge, angles = _checks.as_array(edge), _checks.as_array(angles)
         given = locals()
         for name in (
             "modes",
@@ -143,12 +176,15 @@ class Milling:
             "feed_per_tooth",
             "process_damping",
             "speed_variation",
+            "axial",
+            "edge",
+            "angles",
         ):
             object.__setattr__(self, name, given[name])
         object.__setattr__(self, "heights", _checks.integer("heights", heights, 1, _MOST_HEIGHTS))
         object.__setattr__(self, "cutter", as_cutter(teeth if cutter is None else cutter))
-        immersion = _check(self)
-        object.__setattr__(self, "layout", layout if immersion is None else self._layout(float(immersion)))
+        arc = _check(self)
+        object.__setattr__(self, "layout", layout if arc is None else self._layout(arc))
 
     @property
     def teeth(self) -> int:
@@ -169,11 +205,13 @@ class Milling:
         the range, with n of the discretisation alone: of two places in the ratio 1 : 4 that term drops out. In two
         directions the force does not vanish there, and the derivative is infinite.
         """
+        if _checks.is_traced(self.angles):
+            return ((1.0, replace(self, layout=self._in_pieces())),)
         if not _checks.is_traced(self.radial_immersion):
             return ((1.0, self),)
         immersion = jnp.asarray(self.radial_immersion, dtype=jnp.result_type(float))
         form = replace(self, radial_immersion=immersion, layout=self._in_pieces())
-        if self.modes.directions == 2:
+        if self.modes.directions > 1:
             return ((1.0, form),)
         inside = max(_INSIDE, 8 * float(jnp.finfo(immersion.dtype).eps))
 
@@ -183,14 +221,41 @@ class Milling:
 
         return (2.0, at(1 - 4 * inside)), (-1.0, at(1 - inside))
 
+    def doubt(self, speed: Any, gain: Any) -> str | None:
+        """What ``heights`` leave of the force at the slowest of known speeds, Hz, and the largest depth, m, if much."""
+        cutter = self.cutter
+        if cutter.one_helix or not np.size(speed) or not np.size(gain):
+            return None
+        twist: Any = np.asarray(cutter.twist)
+        entry, exit_ = self.engagement
+        part = np.minimum(np.max(gain), (exit_ - entry) / twist)
+        apart = np.abs(np.roll(twist, -1) - twist) / (TURN * np.min(speed))
+        radians = float(np.max(part * (twist + np.max(np.asarray(self.modes.angular_frequency)) * apart / 2)))
+        left, needed = missed_by(radians, self.heights), points_for(radians, _MOST_HEIGHTS)
+        if left < _LEFT:
+            return None
+        return (
+            f"heights = {self.heights} may leave {left:.1e} of the force along an edge at the slowest speed and the "
+            f"largest depth; give {needed}"
+        )
+
     def _in_pieces(self) -> Layout:
         """The layout, without what a period in one piece hides."""
         return self.layout._replace(parts=None, places=None) if self.layout.parts == WHOLE else self.layout
 
-    def _layout(self, immersion: float) -> Layout:
-        """What is known of a period, at a known immersion."""
-        alike, straight, varied = self.cutter.alike, self.cutter.helix is None, self.speed_variation
-        layout = Layout(_parts(immersion, alike) if straight else None)
+    @property
+    def engagement(self) -> tuple[Number, Number]:
+        """Entry and exit angles of a tooth, rad."""
+        if self.angles is not None:
+            return self.angles[0], self.angles[1]
+        immersion: Any = self.radial_immersion
+        return cutting_angles(immersion, self.direction)
+
+    def _layout(self, arc: float) -> Layout:
+        """What is known of a period, at a known arc of the cut."""
+        alike, varied = self.cutter.alike, self.speed_variation
+        straight = self.cutter.helix is None and self.cutter.discs is None
+        layout = Layout(parts_of(arc, alike) if straight else None)
         if varied is not None:
             layout = layout._replace(**dict(zip(("repeats", "cycles"), varied.passes(alike), strict=True)))
         known = not _checks.is_traced(self.cutter.pitch) and self.cutter.one_helix
@@ -218,6 +283,7 @@ class Milling:
         check_point(self, speed, gain)
         teeth = list(self._teeth(gain))
         cuts = [term for tooth in teeth for term in (*tooth.cuts(), *tooth.steps())]
+        cuts += self._standing(teeth)
         layout, varied = self.layout, self.speed_variation
         known = {"longest": layout.longest, "shortest": layout.shortest, "places": layout.places}
         turns = layout.repeats, layout.cycles
@@ -228,20 +294,42 @@ class Milling:
         if self.process_damping is None:
             return system
         per_speed = self.process_damping.per_speed(self.cutter.diameter, speed)
-        flank = {"tangential": self.process_damping.friction * per_speed, "normal": per_speed}
+        flank = {"tangential": self.process_damping.friction * per_speed, "normal": per_speed, "axial": None}
         rubbing: Any = [Following(replace(tooth.force, **flank)) for tooth in teeth]
         return with_damping(system, rubbing if varied is None else [varied.per_pace(one, *turns) for one in rubbing])
+
+    def _standing(self, teeth: list["_Tooth"]) -> list[Forcing]:
+        """What pushes whatever the feed: an axis of the teeth that is off, and edges."""
+        pushed: list[Any] = []
+        if self.cutter.offset is not None:
+            angle = 0.0 if self.cutter.offset_angle is None else self.cutter.offset_angle
+            share = 1 / self.teeth
+            pushed += [
+                OrbitingAxis(tooth.force, self.cutter.offset, angle, share if tooth.share is None else tooth.share)
+                for tooth in teeth
+            ]
+        if self.edge is not None:
+            names = dict(zip(("tangential", "normal", "axial"), self.edge, strict=True))
+            edges = [replace(tooth.force, law=EDGE, **names) for tooth in teeth]
+            unit = np.eye(self.modes.directions)
+            pushed += [Framed(-unit, one, np.ones((1, 1))) for one in edges]
+        return [Forcing(Following(one)) for one in pushed]
 
     def _teeth(self, depth: Number) -> Iterator["_Tooth"]:
         """The teeth of a period."""
         cutter, layout = self.cutter, self.layout
-        entry, exit_ = cutting_angles(self.radial_immersion, self.direction)
+        entry, exit_ = self.engagement
         if layout.parts == WHOLE and _checks.is_traced(self.radial_immersion):
             entry = _no_derivative(entry, self.radial_immersion)
 
         def force(before: Number | None, twist: Number | None) -> Edges:
-            numbers = depth, self.tangential, self.normal, entry, exit_, before
+            numbers = depth, self.tangential, self.normal, self.axial, None, entry, exit_, before
             sizes = cutter.alike, self.modes.directions, CHIP
+            if cutter.discs is not None:
+                return DiscTeeth(*numbers, *sizes, cutter.discs)
+            if cutter.shaped:
+                lead = np.pi / 2 if cutter.lead is None else cutter.lead
+                return ProfiledTeeth(*numbers, *sizes, cutter.corner_radius, lead, twist, layout.parts)
             return (
                 StraightTeeth(*numbers, *sizes, layout.parts)
                 if twist is None
@@ -318,45 +406,39 @@ def _(
     return _no_derivative(*primals), jnp.nan * tangents[1]
 
 
-def _check(process: Milling) -> np.ndarray | None:
-    """Check modes, coefficients, immersion, direction and feed of a milling process; return the immersion if known."""
+def _of_force(force: Any, *others: Any) -> tuple[Number, Number, Number | None, Any]:
+    """Tangential, normal, axial and edge of a ``CuttingForce``, in place of which none of them is given."""
+    check_force(force)
+    if any(other is not None for other in others):
+        raise ValueError("force is given beside tangential, normal, axial or edge; give one of both")
+    axial = force.axial if _checks.is_traced(force.axial) or force.axial != 0 else None
+    return force.tangential, force.normal, axial, force.edge
+
+
+def _check(process: Milling) -> float | None:
+    """Check modes, coefficients, angles, direction and feed of a milling process; return the arc of the cut if known,
+    rad.
+    """
     _checks.choice("direction", process.direction, ("down", "up"))
     _checks.choice("speed_unit", process.speed_unit, SPEED_UNITS)
     for name in ("tangential", "normal"):
         check = _checks.positive if name == "tangential" else _checks.not_negative
         check(name, getattr(process, name), "N/m²")
         _checks.scalar(name, getattr(process, name))
-    _checks.scalar("radial_immersion", process.radial_immersion)
-    immersion = _checks.as_numbers("radial_immersion", process.radial_immersion)
-    if immersion is not None and not 0 < immersion <= 1:
-        raise ValueError(
-            f"radial_immersion = {float(immersion):.6g} is outside (0, 1]; "
-            "give radial depth of cut divided by tool diameter"
-        )
+    if process.axial is not None:
+        _checks.as_numbers("axial", process.axial, "N/m²")
+        _checks.scalar("axial", process.axial)
+    for name, size, unit in (("edge", 3, "N/m"), ("angles", 2, "rad")):
+        if getattr(process, name) is not None:
+            _checks.as_numbers(name, getattr(process, name), unit)
+            if np.shape(getattr(process, name)) != (size,):
+                raise ValueError(f"{name} has shape {np.shape(getattr(process, name))}; give {size} numbers in {unit}")
     if process.feed_per_tooth is not None:
         _checks.positive("feed_per_tooth", process.feed_per_tooth, "m")
         _checks.scalar("feed_per_tooth", process.feed_per_tooth)
     check_damping(process.process_damping, process.cutter.diameter, process.modes)
     check_variation(process.speed_variation)
     check_modes(process.modes, over_speed=True)
-    if process.modes.directions not in (1, 2):
-        raise ValueError(f"modes has {process.modes.directions} contact directions; milling takes 1 or 2")
-    return immersion
-
-
-def cutting_angles(radial_immersion: Number, direction: str) -> tuple[Number, Number]:
-    """Entry and exit angles of a tooth, rad, from the feed-normal axis (Appendix A)."""
-    lib = namespace(radial_immersion)
-    immersion = lib.asarray(radial_immersion, dtype=lib.result_type(float))
-    # acos(2a − 1) and acos(1 − 2a) without their loss of digits at both ends.
-    sides = lib.sqrt(1 - immersion), lib.sqrt(immersion)
-    return (2 * lib.arctan2(*sides), lib.pi) if direction == "down" else (0.0, 2 * lib.arctan2(*sides[::-1]))
-
-
-def _parts(immersion: float, teeth: int) -> Parts:
-    """Of a period of as many straight teeth to a turn."""
-    arc = 2 * math.atan2(math.sqrt(immersion), math.sqrt(1 - immersion))
-    engaged = arc * teeth / (2 * math.pi)
-    if abs(engaged - round(engaged)) < 1e-12 and round(engaged) > 0:
-        return WHOLE
-    return ("cut", "idle") if engaged < 1 else ("cut", "cut")
+    if process.modes.directions not in (1, 2, 3):
+        raise ValueError(f"modes has {process.modes.directions} contact directions; milling takes 1, 2 or 3")
+    return arc_of(process)

@@ -43,6 +43,8 @@ def implausible(process: Any, speed: Any, gain: Any = None) -> list[str]:
         lengths = {name: getattr(cutter, name, None) for name in ("runout", "diameter")}
         lengths["feed_per_tooth"] = getattr(process, "feed_per_tooth", None)
         messages += [too_long(name, length) for name, length in lengths.items()]
+        doubt = getattr(process, "doubt", None)
+        messages += [doubt(speed, gain)] if doubt is not None and gain is not None else []
     return [message for message in messages if message is not None]
 
 

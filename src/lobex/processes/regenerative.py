@@ -1,5 +1,6 @@
 """Processes with constant regenerative feedback: a blade rubbing its own track, and turning."""
 
+from dataclasses import InitVar
 from typing import Any, ClassVar
 
 from lobex import _checks
@@ -7,6 +8,7 @@ from lobex._float64 import in_float64
 from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import Number
+from lobex.processes.cutting_force import CuttingForce, check_force
 from lobex.processes.process import check_point
 from lobex.processes.process_damping import ProcessDamping, check_damping, with_damping
 from lobex.processes.quantity import CONTACT_STIFFNESS, DEPTH_OF_CUT, SPEED_UNITS, Quantity
@@ -55,7 +57,8 @@ class Turning:
 
     Attributes:
         modes: the tool's modes in the direction of the chip thickness.
-        radial: radial specific cutting force K_r, N/m².
+        radial: radial specific cutting force K_r, N/m²; or
+        force: a ``CuttingForce``, whose normal part it is. What its edge adds holds the tool deflected, and no more.
         speed_unit: as of ``Rub``.
         diameter: at which is cut, m, where process damping asks for it.
         process_damping: a ``ProcessDamping``, of which friction has no part in the direction of the chip thickness; it
@@ -67,16 +70,22 @@ class Turning:
     """
 
     modes: Modes | ModesOverSpeed
-    radial: Number
+    radial: Any = None
     speed_unit: str = "rpm"
     diameter: Number | None = None
     process_damping: ProcessDamping | None = None
     speed_variation: SpeedVariation | None = None
+    force: InitVar[CuttingForce | None] = None
 
     gain: ClassVar[Quantity] = DEPTH_OF_CUT
     passes: ClassVar[int] = 1
 
-    def __post_init__(self) -> None:
+    def __post_init__(self, force: CuttingForce | None) -> None:
+        if (self.radial is None) == (force is None):
+            raise ValueError(f"radial = {_checks.brief(self.radial)}, force = {_checks.brief(force)}: give one of them")
+        if force is not None:
+            check_force(force)
+            object.__setattr__(self, "radial", force.normal)
         check_modes(self.modes, measured=True, over_speed=True)
         _checks.positive("radial", self.radial, "N/m²")
         _checks.scalar("radial", self.radial)

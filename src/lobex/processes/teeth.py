@@ -26,6 +26,8 @@ class Teeth:
     Attributes:
         depth: b, m.
         tangential, normal: K_t and K_n, N/m².
+        axial: K_a, N/m², of three directions; None for none.
+        plunge: what motion along the axis makes, N/m²; None of edges parallel to it.
         entry, exit: the angles of the cut, rad.
         before: how far ahead the first one is at t = 0, in periods; None for not at all.
         teeth: how many make a turn.
@@ -36,6 +38,8 @@ class Teeth:
     depth: Number
     tangential: Number
     normal: Number
+    axial: Number | None
+    plunge: tuple[Number, Number, Number] | None
     entry: Number
     exit: Number
     before: Number | None
@@ -128,7 +132,7 @@ class HelicalTeeth(Teeth):
     twist: Number
 
     def pieces(self) -> tuple[Piece, ...]:
-        return helical_pieces(self)
+        return helical_pieces(self, (0.0, self.depth))
 
     def at(self, phase: Real[Any, " k"]) -> Float[Any, "k e r"]:
         return self.within(phase, phase)
@@ -162,10 +166,10 @@ class HelicalTeeth(Teeth):
         return turn, jnp.where(cuts, angle, nearest), cuts
 
 
-def helical_pieces(teeth: Any) -> tuple[Piece, ...]:
-    """Between tip and end of an edge entering and leaving."""
-    lag = teeth.twist * teeth.depth
-    angles = [angle + behind for behind in (0.0, lag) for angle in (teeth.entry, teeth.exit)]
+def helical_pieces(teeth: Any, heights: tuple[Number, ...]) -> tuple[Piece, ...]:
+    """Between points of an edge at heights, such as tip and end, entering and leaving."""
+    lags = [teeth.twist * height for height in heights]
+    angles = [angle + behind for behind in lags for angle in (teeth.entry, teeth.exit)]
     lib = namespace(angles, teeth.before)
     place = lib.stack([lib.asarray(angle, dtype=lib.result_type(float)) for angle in angles])
     place = place * teeth.teeth / (2 * np.pi)

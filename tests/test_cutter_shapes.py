@@ -1,0 +1,273 @@
+"""Cutters of any profile, against forces summed point by point and multipliers without a delay."""
+
+from dataclasses import replace
+
+import jax
+import numpy as np
+import pytest
+
+import lobex
+from lobex.processes.edge_points import missed_by
+from problems import KN, KT, PLANE
+
+KA, D = 1.2e8, 0.016
+FINE, COARSE = lobex.Duhamel(nodes=20), lobex.Duhamel(nodes=10)
+SPACE = lobex.Modes.from_table(
+    [500.0, 560.0, 900.0], [0.03, 0.02, 0.01], mass=[1.2, 1.0, 4.0], direction=["x", "y", "z"]
+)
+PHASE = np.array([0.03, 0.21, 0.55, 0.83])
+
+
+@jax.jit
+def _present(system, phase):
+    return -system.at(phase).present
+
+
+@jax.jit
+def _pushed(system, phase):
+    return [term.coefficient.at(phase)[..., 0] for term in system.forcing]
+
+
+def point_by_point(phase, teeth, depth, helix, corner, lead, window, points=4000):
+    """Of d = K_t t + K_n n + K_a a, Σ ∫ d nᵀ and Σ ∫ d, (k, 3, 3) and (k, 3), by midpoints of a profile."""
+    bottom = min(depth, corner * (1 - np.cos(lead)))
+    share = (np.arange(points) + 0.5) / points
+    angle = np.arccos(1 - bottom / corner) * share if corner else np.zeros(0)
+    line = (depth - bottom) / np.sin(lead)
+    kappa = np.r_[angle, np.full(points, lead)]
+    width = np.r_[
+        np.full(angle.size, corner * (angle[-1] + angle[0]) / points if corner else 0), np.full(points, line / points)
+    ]
+    height = np.r_[corner * (1 - np.cos(angle)), bottom + (depth - bottom) * share]
+    phi = 2 * np.pi / teeth * (phase[:, None, None] + np.arange(teeth)[:, None]) - 2 * np.tan(helix) / D * height
+    phi = np.mod(phi, 2 * np.pi)
+    sine, cosine, zero = np.sin(phi), np.cos(phi), np.zeros_like(phi)
+    n = np.stack([sine * np.sin(kappa), cosine * np.sin(kappa), zero - np.cos(kappa)])
+    a = np.stack([sine * np.cos(kappa), cosine * np.cos(kappa), zero + np.sin(kappa)])
+    force = KT * np.stack([cosine, -sine, zero]) + KN * n + KA * a
+    cut = width * ((phi > window[0]) & (phi < window[1]))
+    return np.einsum("aktz,bktz,ktz->kab", force, n, cut, optimize=True), np.einsum("aktz,ktz->ka", force, cut)
+
+
+PROFILES = {
+    "cylinder": (lobex.Cutter.end_mill(D, teeth=2, helix_degrees=30.0), 5e-3, 0.0, np.pi / 2),
+    "ball": (lobex.Cutter.ball(D, teeth=2, helix_degrees=30.0), 5e-3, D / 2, np.pi / 2),
+    "ball, deeper than its radius": (lobex.Cutter.ball(D, teeth=2, helix_degrees=30.0), 0.012, D / 2, np.pi / 2),
+    "bull nose": (lobex.Cutter.bull_nose(D, 2e-3, teeth=2, helix_degrees=45.0), 9e-3, 2e-3, np.pi / 2),
+    "straight ball": (lobex.Cutter.ball(D, teeth=2), 5e-3, D / 2, np.pi / 2),
+    "straight inserts": (lobex.Cutter.inserts(D, 45.0, teeth=2), 2e-3, 0.0, np.pi / 4),
+    "tapered": (
+        lobex.Cutter.tapered(D, 10.0, teeth=2, corner_radius=3e-3, helix_degrees=30.0),
+        6e-3,
+        3e-3,
+        np.radians(80),
+    ),
+}
+
+
+def milling(cutter, modes=SPACE, **given):
+    given = {"axial": KA, "radial_immersion": 0.6, "direction": "down"} | given
+    return lobex.Milling(modes, cutter, KT, KN, **given)
+
+
+@pytest.mark.parametrize("name", PROFILES)
+def test_forces_of_a_profile_are_those_of_its_points(name):
+    cutter, depth, corner, lead = PROFILES[name]
+    process = milling(cutter, edge=[KT, KN, KA])
+    helix = 0.0 if cutter.helix is None else float(cutter.helix)
+    wanted, edge = point_by_point(PHASE, 2, depth, helix, corner, lead, list(map(float, process.engagement)))
+    with jax.enable_x64(True):
+        system = process.system(50.0, depth)
+        found, pushed = np.asarray(_present(system, PHASE)), _pushed(system, PHASE)
+        mean = np.asarray(system.mean(np.array([0.1]), np.array([0.4])).present)[0]
+        every = -np.asarray(_present(system, 0.1 + 0.3 * (np.arange(3000) + 0.5) / 3000)).mean(0)
+    # Of so many points, of which one more or less is in the cut.
+    assert found == pytest.approx(wanted, abs=2e-3 * np.abs(wanted).max())
+    assert np.asarray(pushed[0]) == pytest.approx(-edge, abs=2e-3 * np.abs(edge).max())
+    assert mean == pytest.approx(every, abs=1e-5 * np.abs(every).max())
+
+
+TABLE = {
+    2: (np.array([563.6, 516.21]), np.array([0.0558, 0.025]), np.diag([1.4986, 1.199]) ** 0.5),
+    3: (np.array([500.0, 560.0, 900.0]), np.array([0.03, 0.02, 0.01]), np.diag([1.2, 1.0, 4.0]) ** 0.5),
+}
+
+
+def missed(value, directions, force, period, steps=400):
+    """How far μ is from an eigenvalue of the period's map of ż = A z − E (1 − 1/μ) H(t) C z, relative to it.
+
+    The delay, which is the period, is in 1/μ, and there is nothing else of it: Runge and Kutta's method is enough.
+    """
+    frequency, ratio, root = TABLE[directions]
+    omega, none = np.diag(2 * np.pi * frequency), np.zeros((directions, directions))
+    shape = np.linalg.inv(root)
+    drift = np.block([[none, np.eye(directions)], [-(omega**2), -2 * ratio * omega]])
+    pushed = np.einsum("ij,kjl,lm->kim", shape, force[:, :directions, :directions], shape)
+    acting = np.array([drift - (1 - 1 / value) * np.block([[none, none], [part, none]]) for part in pushed])
+    state, step = np.eye(2 * directions, dtype=complex), period / steps
+    for first, middle, last in zip(acting[:-2:2], acting[1::2], acting[2::2], strict=True):
+        slopes = [first @ state]
+        for matrix, share in ((middle, 0.5), (middle, 0.5), (last, 1.0)):
+            slopes.append(matrix @ (state + share * step * slopes[-1]))
+        state = state + step / 6 * (slopes[0] + 2 * slopes[1] + 2 * slopes[2] + slopes[3])
+    return np.min(np.abs(np.linalg.eigvals(state) - value)) / abs(value)
+
+
+@pytest.mark.parametrize(("name", "directions"), [("ball", 2), ("bull nose", 2), ("ball", 3)])
+def test_multipliers_of_a_profile_solve_the_equation_in_which_the_delay_is_no_more(name, directions):
+    cutter, depth, corner, lead = PROFILES[name]
+    process, speed = milling(cutter, PLANE if directions == 2 else SPACE), 80.0
+    value = lobex.multipliers(process, speed, depth, FINE)[0]
+    window = list(map(float, process.engagement))
+    force = point_by_point(np.arange(801) / 800, 2, depth, float(cutter.helix), corner, lead, window, points=300)[0]
+    assert missed(value, directions, force, 1 / (2 * speed)) < 3e-4
+    # Which another multiplier does not.
+    assert missed(1.01 * value, directions, force, 1 / (2 * speed)) > 1e-3
+
+
+def test_corners_that_vanish_leave_a_cylinder_to_first_order():
+    cylinder = lobex.multipliers(milling(PROFILES["cylinder"][0], PLANE), 80.0, 5e-3, FINE)[0]
+    corners = [lobex.Cutter.bull_nose(D, radius, teeth=2, helix_degrees=30.0) for radius in (1e-5, 2e-5)]
+    apart = [abs(lobex.multipliers(milling(cutter, PLANE), 80.0, 5e-3, FINE)[0] - cylinder) for cutter in corners]
+    assert apart[1] / apart[0] == pytest.approx(2, rel=0.02)
+
+
+def test_a_ball_has_derivatives_by_depth_and_corner():
+    def force(numbers):
+        cutter = replace(lobex.Cutter(2, D, helix=0.5), corner_radius=numbers[1])
+        return milling(cutter, PLANE).system(80.0, numbers[0]).at(PHASE[:2]).present
+
+    at = np.array([3e-3, 6e-3])
+    with jax.enable_x64(True):
+        value, slopes = jax.jit(force), np.asarray(jax.jit(jax.jacfwd(force))(at))
+        for index, step in enumerate(np.diag(1e-5 * at)):
+            difference = np.asarray(value(at + step) - value(at - step)) / (2 * np.sum(step))
+            assert slopes[..., index] == pytest.approx(difference, abs=1e-6 * np.abs(difference).max())
+        assert np.all(np.isfinite(np.asarray(jax.jit(jax.jacfwd(force))(np.array([0.0, 6e-3])))))
+
+
+def stacked(count, helix=0.0, depth=6e-3, taper=10.0):
+    """A tapered cutter as discs, with the lag of the middle of each."""
+    thick = np.full(count, depth / count)
+    lag = np.degrees(2 * np.tan(np.radians(helix)) / D * (np.cumsum(thick) - thick / 2))
+    lead = np.full(count, 90 - taper)
+    return lobex.Cutter.from_discs(D, thick, lag_degrees=lag, lead_degrees=lead, teeth=2)
+
+
+@jax.jit
+def _averaged(system, start, stop):
+    return system.mean(start, stop).present
+
+
+def test_discs_come_to_the_profile_by_the_square_of_their_thickness():
+    smooth = lobex.Cutter.tapered(D, 10.0, teeth=2, helix_degrees=30.0)
+    start = np.arange(60) / 60
+    with jax.enable_x64(True):
+        means = [
+            np.asarray(_averaged(milling(cutter).system(50.0, 6e-3), start, start + 0.17))
+            for cutter in (smooth, stacked(6, 30.0), stacked(12, 30.0))
+        ]
+        one, same = (
+            np.asarray(_present(milling(cutter).system(50.0, 5e-3), PHASE))
+            for cutter in (stacked(1), lobex.Cutter.tapered(D, 10.0, teeth=2))
+        )
+    first, second = (np.linalg.norm(mean - means[0]) for mean in means[1:])
+    assert first / second == pytest.approx(4, rel=0.25)
+    # A single disc is as thick as it takes.
+    assert one == pytest.approx(same, rel=1e-12, abs=1e-12 * np.abs(same).max())
+
+
+@pytest.mark.parametrize("helix", [None, 30.0])
+def test_an_axis_that_is_off_is_a_runout_of_every_tooth(helix):
+    shared = {"teeth": 3, "helix_degrees": helix}
+    offset, angle = 2e-5, 25.0
+    off = lobex.Cutter.end_mill(D, **shared, offset=offset, offset_degrees=angle)
+    runout = offset * np.cos(2 * np.pi / 3 * np.arange(3) - np.radians(angle))
+    depth = 1e-6 if helix else 2e-3
+    with jax.enable_x64(True):
+        found, wanted = (
+            sum(_pushed(milling(cutter, PLANE).system(50.0, depth), PHASE))
+            for cutter in (off, lobex.Cutter.end_mill(D, **shared, runout=runout))
+        )
+    assert off.alike == 1
+    # With a helix, near the tip.
+    assert np.asarray(found) == pytest.approx(np.asarray(wanted), abs=(1e-3 if helix else 1e-11) * np.abs(wanted).max())
+
+
+def test_entry_and_exit_angles_stand_in_the_place_of_an_immersion():
+    by_immersion = milling(4, PLANE, radial_immersion=0.25, direction="up")
+    by_angles = milling(4, PLANE, radial_immersion=None, angles_degrees=[0.0, 60.0])
+    assert by_angles.layout == by_immersion.layout
+    system, same = (process.system(50.0, 1e-3) for process in (by_angles, by_immersion))
+    for found, given in zip(jax.tree.leaves(system), jax.tree.leaves(same), strict=True):
+        assert found == pytest.approx(given, rel=1e-15, abs=1e-15)
+    with jax.enable_x64(True):
+        slope = jax.jit(jax.grad(lambda exit_: _radius(exit_)))(np.radians(70.0))
+        difference = (_radius(np.radians(70.0) + 1e-5) - _radius(np.radians(70.0) - 1e-5)) / 2e-5
+    assert float(slope) == pytest.approx(float(difference), rel=1e-5)
+
+
+@jax.jit
+def _radius(exit_):
+    process = milling(4, PLANE, radial_immersion=None, angles=jax.numpy.stack([jax.numpy.zeros(()), exit_]))
+    return lobex.spectral_radius(process, 80.0, 1e-3, COARSE)
+
+
+def test_points_of_an_edge_that_may_be_too_few_are_told():
+    cutter = lobex.Cutter.end_mill(0.02, teeth=2, helix_degrees=[30.0, 45.0])
+    process = lobex.Milling(PLANE, cutter, 6e8, 2e8, 0.5, heights=3)
+    assert process.doubt(250.0, 1e-3) is None
+    told = str(process.doubt(np.array([40.0, 250.0]), np.array([1e-3, 6e-3])))
+    count = int(told.rpartition("give ")[2])
+    assert told.startswith("heights = 3 may leave")
+    assert count > 3
+    assert replace(process, heights=count).doubt(40.0, 6e-3) is None
+    # What is said of them is what Gauss' rule of a wave leaves.
+    for count, radians in ((3, 1.0), (5, 2.0)):
+        points, weights = np.polynomial.legendre.leggauss(count)
+        left = abs(weights @ np.cos(radians * points) / 2 - np.sin(radians) / radians)
+        assert 0.5 < left / missed_by(radians, count) <= 1
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (
+            lambda: lobex.Cutter.bull_nose(D, 0.009, teeth=2),
+            "corner_radius = 0.009 m is above the radius of the cutter",
+        ),
+        (lambda: lobex.Cutter.bull_nose(D, -1e-3, teeth=2), "corner_radius = -0.001 must be positive"),
+        (
+            lambda: lobex.Cutter.end_mill(teeth=2, corner_radius=1e-3),
+            "diameter = None with a corner; give the diameter",
+        ),
+        (lambda: lobex.Cutter.inserts(D, 0.0, teeth=2), r"lead_degrees = 0; give an angle above 0 and up to 90"),
+        (lambda: lobex.Cutter.inserts(D, 91.0, teeth=2), r"lead_degrees = 91; give an angle above 0 and up to 90"),
+        (lambda: lobex.Cutter.tapered(D, 90.0, teeth=2), r"taper_degrees = 90.0; give an angle from 0 to below 90"),
+        (lambda: lobex.Cutter(2, D, lead=45.0), "lead = 45 rad; give an angle above 0 and up to π/2"),
+        (
+            lambda: lobex.Cutter.ball(D, teeth=2, helix_degrees=[30.0, 40.0]),
+            "helix has an angle a tooth; give one helix",
+        ),
+        (lambda: lobex.Cutter.end_mill(D, teeth=2, offset_degrees=30.0), "offset = None with an angle of it"),
+        (lambda: lobex.Cutter.from_discs(D, [1e-3, -1e-3], teeth=2), "thickness = .* must be positive"),
+        (lambda: lobex.Cutter.from_discs(D, [1e-3] * 2, lag_degrees=[1.0], teeth=2), r"lag_degrees has shape \(1,\)"),
+        (
+            lambda: lobex.Cutter.from_discs(D, [1e-3], lead_degrees=[0.0], teeth=2),
+            "lead_degrees = .*; give angles above",
+        ),
+        (lambda: lobex.Cutter.from_discs(D, [1e-3], helix_degrees=30.0, teeth=2), "edges have a helix, a corner or a"),
+        (lambda: milling(4, radial_immersion=None), "radial_immersion = None, angles = None: give one of them"),
+        (lambda: milling(4, angles_degrees=[0.0, 60.0]), "radial_immersion = 0.6, angles = .*: give one of them"),
+        (
+            lambda: milling(4, radial_immersion=None, angles_degrees=[60.0, 30.0]),
+            "angles are 60 and 30 degrees; give the",
+        ),
+        (lambda: milling(4, radial_immersion=None, angles_degrees=[60.0, 190.0]), "angles are 60 and 190 degrees"),
+        (lambda: milling(4, radial_immersion=None, angles_degrees=[60.0]), r"angles has shape \(1,\); give 2 numbers"),
+    ],
+)
+def test_what_is_no_profile_is_refused_in_one_line(call, message):
+    with pytest.raises(ValueError, match=message) as error:
+        call()
+    assert "\n" not in str(error.value)
