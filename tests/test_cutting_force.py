@@ -46,7 +46,7 @@ def test_edges_push_and_answer_no_motion():
     with jax.enable_x64(True):
         systems = [process.system(50.0, 2e-3) for process in (plain, edged)]
         present = [np.asarray(system.at(phase).present) for system in systems]
-        pushed = np.asarray(systems[1].forcing[-1].coefficient.at(phase))[..., 0]
+        pushed = np.asarray(systems[1].forcing[0].coefficient.at(phase))[..., 0]
     assert len(systems[1].forcing) == len(systems[0].forcing) + 1
     assert present[0] == pytest.approx(present[1], rel=0)
     # Two teeth cut, a quarter of a turn apart.

@@ -107,6 +107,15 @@ def check_force(force: Any) -> None:
         raise ValueError(f"force = {_checks.brief(force)}; give lobex.CuttingForce(tangential, normal)")
 
 
+def of_force(force: Any, *others: Any) -> tuple[Number, Number, Number | None, Any]:
+    """Tangential, normal, axial and edge of a ``CuttingForce``, in place of which none of them is given."""
+    check_force(force)
+    if any(other is not None for other in others):
+        raise ValueError("force is given beside tangential, normal, axial or edge; give one of both")
+    axial = force.axial if _checks.is_traced(force.axial) or force.axial != 0 else None
+    return force.tangential, force.normal, axial, force.edge
+
+
 @in_float64
 def _by_angle(specific: Any, angle_degrees: Any) -> tuple[Any, Any]:
     lib = namespace(specific, angle_degrees)

@@ -20,7 +20,8 @@ from lobex.systems.coefficients import gauss_nodes
 from lobex.systems.delays import OneOfMany
 
 _TURN = 2 * np.pi
-_ENOUGH = 1e-8
+# Of a force along an edge, what its points may leave without a word, and what those leave that are advised.
+_LEFT, _ENOUGH = 1e-6, 1e-8
 
 
 @pytree()
@@ -91,6 +92,20 @@ def edge_points(
         yield point, EdgeDelay(point, pitch, narrowing)
 
 
+def radians_along(twist: Float[np.ndarray, " teeth"], arc: Number, depth: Number, waves: Number) -> float:
+    """How far the fastest wave turns along half of the part of an edge in the cut, the angle of the force with it.
+
+    Args:
+        twist: of each tooth, rad/m.
+        arc: of the cut, rad.
+        depth: m.
+        waves: angular frequency over speed, rad per revolution.
+    """
+    part = np.minimum(depth, arc / twist)
+    apart = np.abs(np.roll(twist, -1) - twist) / _TURN
+    return float(np.max(part * (twist + waves * apart / 2)))
+
+
 def missed_by(radians: float, count: int) -> float:
     """What Gauss' rule of so many points misses at most of a mean of waves e^{iXx}, x from −1 to 1, of X radians.
 
@@ -100,6 +115,13 @@ def missed_by(radians: float, count: int) -> float:
     return float(np.exp(logarithm - np.log(2 * count + 1) - 3 * lgamma(2 * count + 1)))
 
 
-def points_for(radians: float, most: int) -> int:
-    """The fewest points, up to ``most``, that miss 1e-8 at most."""
-    return next((count for count in range(1, most) if missed_by(radians, count) < _ENOUGH), most)
+def doubt_of_points(radians: float, count: int, most: int) -> str | None:
+    """In words what points along an edge may leave, and how many to take; None for little."""
+    left = missed_by(radians, count)
+    if left < _LEFT:
+        return None
+    needed = next((more for more in range(count, most) if missed_by(radians, more) < _ENOUGH), most)
+    return (
+        f"heights = {count} may leave {min(left, 1.0):.1e} of the force along an edge, at the slowest speed and the "
+        f"largest depth; give {needed}"
+    )

@@ -15,9 +15,9 @@ from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray, Number
 from lobex.processes.cutter import TURN, Cutter, as_cutter
-from lobex.processes.cutting_force import CuttingForce, check_force
+from lobex.processes.cutting_force import CuttingForce, of_force
 from lobex.processes.disc_teeth import DiscTeeth
-from lobex.processes.edge_points import EdgeDelay, EdgePoint, edge_points, missed_by, points_for
+from lobex.processes.edge_points import EdgeDelay, EdgePoint, doubt_of_points, edge_points, radians_along
 from lobex.processes.engagement import arc_of, cutting_angles, parts_of
 from lobex.processes.feed import with_feed
 from lobex.processes.orbiting import OrbitingAxis
@@ -41,8 +41,6 @@ Edges = StraightTeeth | HelicalTeeth | ProfiledTeeth | DiscTeeth
 # How far inside full immersion derivatives by it are taken: a power of 2, so that 1 − a is exact.
 _INSIDE = 2.0**-40
 _MOST_HEIGHTS = 64
-# Of a force along an edge, what its points may leave without a word.
-_LEFT = 1e-6
 
 
 class Layout(NamedTuple):
@@ -161,7 +159,7 @@ class Milling:
         if (cutter is None) == (teeth is None):
             raise ValueError(f"cutter = {_checks.brief(cutter)}, teeth = {_checks.brief(teeth)}: give one of them")
         if force is not None:
-            tangential, normal, axial, edge = _of_force(force, tangential, normal, axial, edge)
+            tangential, normal, axial, edge = of_force(force, tangential, normal, axial, edge)
         if angles_degrees is not None:
             angles = _checks.as_array(angles_degrees) * (np.pi / 180)
         edge, angles = _checks.as_array(edge), _checks.as_array(angles)
@@ -222,22 +220,13 @@ class Milling:
         return (2.0, at(1 - 4 * inside)), (-1.0, at(1 - inside))
 
     def doubt(self, speed: Any, gain: Any) -> str | None:
-        """What ``heights`` leave of the force at the slowest of known speeds, Hz, and the largest depth, m, if much."""
-        cutter = self.cutter
-        if cutter.one_helix or not np.size(speed) or not np.size(gain):
+        """What ``heights`` may leave of the force at known speeds, Hz, and depths, m, in words; None for little."""
+        if self.cutter.one_helix or not np.size(speed) or not np.size(gain):
             return None
-        twist: Any = np.asarray(cutter.twist)
         entry, exit_ = self.engagement
-        part = np.minimum(np.max(gain), (exit_ - entry) / twist)
-        apart = np.abs(np.roll(twist, -1) - twist) / (TURN * np.min(speed))
-        radians = float(np.max(part * (twist + np.max(np.asarray(self.modes.angular_frequency)) * apart / 2)))
-        left, needed = missed_by(radians, self.heights), points_for(radians, _MOST_HEIGHTS)
-        if left < _LEFT:
-            return None
-        return (
-            f"heights = {self.heights} may leave {left:.1e} of the force along an edge at the slowest speed and the "
-            f"largest depth; give {needed}"
-        )
+        fastest = np.max(np.asarray(self.modes.angular_frequency)) / np.min(speed)
+        radians = radians_along(np.asarray(self.cutter.twist), exit_ - entry, np.max(gain), fastest)
+        return doubt_of_points(radians, self.heights, _MOST_HEIGHTS)
 
     def _in_pieces(self) -> Layout:
         """The layout, without what a period in one piece hides."""
@@ -404,15 +393,6 @@ def _(
     primals: tuple[Float[Array, ""], Float[Array, ""]], tangents: tuple[Float[Array, ""], Float[Array, ""]]
 ) -> tuple[Float[Array, ""], Float[Array, ""]]:
     return _no_derivative(*primals), jnp.nan * tangents[1]
-
-
-def _of_force(force: Any, *others: Any) -> tuple[Number, Number, Number | None, Any]:
-    """Tangential, normal, axial and edge of a ``CuttingForce``, in place of which none of them is given."""
-    check_force(force)
-    if any(other is not None for other in others):
-        raise ValueError("force is given beside tangential, normal, axial or edge; give one of both")
-    axial = force.axial if _checks.is_traced(force.axial) or force.axial != 0 else None
-    return force.tangential, force.normal, axial, force.edge
 
 
 def _check(process: Milling) -> float | None:
