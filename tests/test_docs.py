@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 import sys
 from pathlib import Path
 
@@ -78,13 +79,14 @@ def test_every_page_with_code_has_its_claim():
 
 @pytest.mark.parametrize("page", [page for page in PAGES if code_of(page)], ids=lambda page: page.name)
 def test_code_of_pages_runs_in_order(page, tmp_path, monkeypatch):
+    beside = [shutil.copy(path, tmp_path) for path in page.parent.glob("*.toml")]
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
     for block in code_of(page):
         exec(compile(block, page.name, "exec"), names)
     assert CLAIMS[page.name](names)
     wanted = re.findall(r'(?:savefig|save|mmwrite)\("([^"]+)"', page.read_text())
-    assert {path.name for path in tmp_path.iterdir()} == set(wanted)
+    assert {str(path) for path in tmp_path.iterdir()} == {*beside, *(str(tmp_path / name) for name in wanted)}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(DOCS)))

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from lobex.processes.process_damping import ProcessDamping
     from lobex.processes.regenerative import Rub, Turning
     from lobex.processes.speed_variation import SpeedVariation
+    from lobex.processes.tool_file import read_tool
     from lobex.results.band import Band
     from lobex.results.boundary import Boundary
     from lobex.results.chart import Chart
@@ -84,7 +85,6 @@ _HOME = {
     "Plastic": "contact.laws",
     "Power": "contact.laws",
     "ProcessDamping": "processes.process_damping",
-    "SpeedVariation": "processes.speed_variation",
     "Receptance": "limits.receptance",
     "Rod": "structures.rod",
     "Rub": "processes.regenerative",
@@ -92,6 +92,7 @@ _HOME = {
     "SemiDiscretization": "operators.semi_discretization",
     "Sensitivities": "results.sensitivities",
     "SpectrumMap": "results.spectrum_map",
+    "SpeedVariation": "processes.speed_variation",
     "Study": "studies.study",
     "SweepWarning": "_warnings",
     "Threshold": "contact.laws",
@@ -111,6 +112,7 @@ _HOME = {
     "monodromy": "verbs",
     "multipliers": "verbs",
     "orbit": "orbits.forced_motion",
+    "read_tool": "processes.tool_file",
     "sensitivities": "limits.sensitivity",
     "simulate_turning": "marches.turning",
     "spectral_radius": "verbs",
@@ -172,6 +174,7 @@ __all__ = [
     "monodromy",
     "multipliers",
     "orbit",
+    "read_tool",
     "sensitivities",
     "simulate_turning",
     "spectral_radius",

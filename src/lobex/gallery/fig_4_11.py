@@ -33,7 +33,7 @@ def findings(results: Results) -> list[Finding]:
     shift = place[1] / place[0] - 1
     bound = float(np.sqrt((1 + 2 * high) / (1 + 2 * low)) - 1)
     chatter = float(frequency[1] / frequency[0] - 1)
-    natural = np.asarray(models.rub().modes.frequency)
+    natural = models.natural_frequency()
     nearest = np.abs(data["chatter_frequency"].to_numpy()[..., None] - natural).argmin(axis=-1)
     others = [float(share) for share in np.mean(nearest > 0, axis=1)]
     up, wanted = float(least[1] / least[0]), high * (1 + high) / (low * (1 + low))

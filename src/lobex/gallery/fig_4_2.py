@@ -44,7 +44,7 @@ def findings(results: Results) -> list[Finding]:
     off = {n: np.abs(gain[n] / gain[20] - 1) for n in (2, 5, 10)}
     half = {n: float(np.median(error)) for n, error in off.items()}
     most = {n: float(error.max()) for n, error in off.items()}
-    first = [float(np.asarray(models.rub(n).modes.frequency)[0]) for n in (5, 20)]
+    first = [float(models.natural_frequency(n)[0]) for n in (5, 20)]
     numbers = {f"median{n}": half[n] for n in off} | {f"most{n}": most[n] for n in off}
     return [
         Finding(

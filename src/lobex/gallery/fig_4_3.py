@@ -45,7 +45,7 @@ def findings(results: Results) -> list[Finding]:
     data = results["limit"]
     speed = data["speed"].to_numpy()
     gain, frequency = (data[name].to_numpy()[0] for name in ("critical_stiffness", "chatter_frequency"))
-    natural = np.asarray(models.rub().modes.frequency)
+    natural = models.natural_frequency()
     first = float(natural[0])
     least = [float(gain[(speed >= low) & (speed < high)].min()) for low, high in _BANDS]
     minimum, lobes, chatter = models.least(models.rub())

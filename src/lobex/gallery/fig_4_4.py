@@ -54,7 +54,7 @@ def findings(results: Results) -> list[Finding]:
     every = gain["all 5 modes"]
     off = {name: np.abs(gain[name] / every - 1) for name in ("mode 1", "modes 1+2")}
     within = {percent: float(np.mean(off["mode 1"] < percent / 100)) for percent in (1, 10)}
-    natural = np.asarray(models.rub().modes.frequency)
+    natural = models.natural_frequency()
     chatter = near["chatter_frequency"].to_numpy()[3]
     driven = float(np.mean(np.abs(chatter[:, None] - natural).argmin(axis=1) == 0))
     least = {name: models.least(models.rub(keep=kept))[0] for name, kept in _KEPT.items()}

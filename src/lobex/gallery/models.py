@@ -4,6 +4,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from jaxtyping import Float
 
 import lobex
 
@@ -35,6 +36,12 @@ def rub(
     nominal = lobex.Rod(elements)
     rod = lobex.Rod(elements, stiffness * nominal.young_modulus, mass * nominal.density)
     return lobex.Rub(rod.modes(damping_ratio, keep=keep))
+
+
+def natural_frequency(elements: int = 5) -> Float[np.ndarray, " elements"]:
+    """Of the rod, Hz."""
+    modes: Any = rub(elements).modes
+    return np.asarray(modes.frequency)
 
 
 def tool() -> lobex.Modes:

@@ -128,6 +128,25 @@ class Across:
     """Modal masses across the feed, kg."""
 
 
+def _none_given(hint: str) -> Any:
+    return tyro.conf.arg(help_behavior_hint=f"(default: {hint})")
+
+
+@dataclass(frozen=True)
+class Edges:
+    """The cutter's edges, where they are other than straight teeth at equal angles."""
+
+    diameter: Annotated[str | None, tyro.conf.arg(metavar="LENGTH", help_behavior_hint="(default: none)")] = None
+    """Diameter of the cutter, m, or with a unit, such as 19.05mm; a helix asks for it."""
+    pitch: Annotated[tuple[float, ...], Values, _none_given("equal angles")] = ()
+    """Angles from each tooth to the next, degrees, of one turn together, such as 70,110,70,110."""
+    helix: Annotated[tuple[float, ...], Values, _none_given("straight teeth")] = ()
+    """Helix angle, degrees: one of all teeth, or one of each."""
+
+
+_ToolFile = Annotated[str | None, tyro.conf.arg(name="tool", metavar="FILE", help_behavior_hint="(default: flags)")]
+
+
 @dataclass(frozen=True)
 class Milling:
     """Milling with a flexible tool. Axes: spindle speed (rpm) and axial depth of cut b (m).
@@ -141,8 +160,10 @@ class Milling:
     """Spindle speeds, rpm."""
     gain: Range = "0:5e-3:301"
     """Axial depths of cut b, m."""
-    teeth: int = 1
-    """Number of teeth."""
+    tool_file: _ToolFile = None
+    """TOML file of a tool: cutter, modes and forces, in place of their flags (docs/howto/cutters.md)."""
+    teeth: Annotated[int | None, count_hint("1, or those of --pitch")] = None
+    """Number of teeth at equal angles."""
     radial_immersion: float = 0.5
     """Radial depth of cut divided by tool diameter, above 0 and up to 1."""
     direction: str = "down"
@@ -153,6 +174,7 @@ class Milling:
     """Tangential specific cutting force K_t, N/m²."""
     normal: float = 2e8
     """Normal specific cutting force K_n, N/m²."""
+    edges: Edges = Edges()
     tool: Tool = Tool()
     across: Across = Across()
     discretization: Discretization = Discretization()
@@ -175,6 +197,8 @@ class Turning:
     """Spindle speeds, rpm."""
     gain: Range = "0:5e-4:301"
     """Depths of cut b, m."""
+    tool_file: _ToolFile = None
+    """TOML file of a tool, whose modes and normal force these are, in place of their flags (docs/howto/cutters.md)."""
     radial: float = 2e8
     """Radial specific cutting force K_r, N/m²."""
     tool: Tool = Tool()

@@ -51,6 +51,8 @@ def process_of(flags: Any) -> Any:
         return lobex.Rub(rod_modes_of(flags))
     if isinstance(flags, arguments.Mathieu):
         return lobex.DelayedMathieu(delta=flags.delta, epsilon=flags.epsilon, damping=flags.damping)
+    if flags.tool_file is not None:
+        return _of_file(flags)
     modes = _tool_modes(flags.tool)
     if isinstance(flags, arguments.Turning):
         return lobex.Turning(modes, radial=flags.radial)
@@ -63,11 +65,53 @@ def process_of(flags: Any) -> Any:
         modes = lobex.Modes.plane(x=modes, y=_tool_modes(flags.tool, across))
     return lobex.Milling(
         modes,
-        teeth=flags.teeth,
+        _cutter(flags),
         tangential=flags.tangential,
         normal=flags.normal,
         radial_immersion=flags.radial_immersion,
         direction=flags.direction,
+    )
+
+
+def _of_file(flags: Any) -> Any:
+    """The process of a file of a tool, whose flags are left as they come."""
+    import lobex
+
+    turning = isinstance(flags, arguments.Turning)
+    usual: Any = arguments.Turning() if turning else arguments.Milling()
+    milling = "teeth", "directions", "tangential", "normal", "edges", "tool", "across"
+    given = [
+        name for name in (("radial", "tool") if turning else milling) if getattr(flags, name) != getattr(usual, name)
+    ]
+    if given:
+        raise ValueError(f"tool = {flags.tool_file!r} says what flags of {given[0]} say; drop one of the two")
+    if getattr(flags, "sensitivity", False):
+        raise ValueError(f"tool = {flags.tool_file!r} has no use with --sensitivity; ask lobex.sensitivities")
+    said = lobex.read_tool(flags.tool_file)
+    if turning:
+        cutter = said.pop("cutter", None)
+        return lobex.Turning(**said, diameter=None if cutter is None else cutter.diameter)
+    if "cutter" not in said:
+        raise ValueError(f"tool = {flags.tool_file!r} has no [cutter]; milling takes one")
+    return lobex.Milling(**said, radial_immersion=flags.radial_immersion, direction=flags.direction)
+
+
+def _cutter(flags: arguments.Milling) -> Any:
+    """The cutter that the flags describe."""
+    import lobex
+    from lobex._lengths import metres
+
+    edges, teeth = flags.edges, flags.teeth
+    if edges == arguments.Edges():
+        return 1 if teeth is None else teeth
+    if edges.pitch and teeth not in (None, len(edges.pitch)):
+        raise ValueError(f"teeth = {teeth} with {len(edges.pitch)} pitch angles; drop one of the two")
+    helix: Any = edges.helix[0] if len(edges.helix) == 1 else edges.helix or None
+    return lobex.Cutter.end_mill(
+        None if edges.diameter is None else metres("diameter", edges.diameter),
+        teeth=None if edges.pitch else teeth or 1,
+        pitch_degrees=edges.pitch or None,
+        helix_degrees=helix,
     )
 
 

@@ -1,0 +1,128 @@
+"""A tool and its machine from a TOML file: cutter, modes, forces, and what damps or varies the cut."""
+
+import inspect
+import os
+import tomllib
+from collections.abc import Callable
+from typing import Any
+
+from lobex import _checks
+from lobex._lengths import metres
+from lobex.processes.cutter import Cutter
+from lobex.processes.cutting_force import CuttingForce
+from lobex.processes.process_damping import ProcessDamping
+from lobex.processes.speed_variation import SpeedVariation
+from lobex.structures.modes import Modes
+
+_LENGTHS = ("diameter", "corner_radius", "runout", "chip", "offset")
+_SHAPES = ("end_mill", "ball", "bull_nose", "tapered", "inserts")
+_ENDS = ("tool", "workpiece")
+_MODE = {"axis", "frequency", "damping_ratio", "mass", "stiffness", "of"}
+_AXES = ("x", "y", "z")
+
+
+def read_tool(path: str | os.PathLike[str]) -> dict[str, Any]:
+    """What a TOML file says of a tool: arguments of ``Milling`` and, but for the cutter, of ``Turning``.
+
+    The tables are ``[cutter]`` (``shape``, one of the factories of ``Cutter`` and "end_mill" by default, and what that
+    takes), ``[[modes]]`` (``axis`` "x", "y" or "z", and what ``Modes.from_table`` takes; ``of = "workpiece"`` for those
+    of the other end), ``[force]`` (of ``CuttingForce``, or with ``law = "angle"`` or ``"kienzle"`` of
+    ``CuttingForce.from_angle`` and ``.kienzle``), ``[process_damping]`` and ``[speed_variation]``. Lengths are metres,
+    or text such as "19.05 mm"; all else is as in Python.
+
+    Args:
+        path: of the file.
+
+    Returns:
+        ``modes`` and ``force``, and ``cutter``, ``process_damping`` and ``speed_variation`` where the file has them:
+        ``lobex.Milling(**lobex.read_tool("tool.toml"), radial_immersion=0.5)``.
+
+    Raises:
+        ValueError: for a file that cannot be read or is no TOML, tables and keys that are none of these, and values
+            that the classes refuse; the message names the table.
+    """
+    place = _checks.place("path", path)
+    try:
+        content = tomllib.loads(place.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ValueError(f"path = {str(path)!r} cannot be read ({error.strerror}); give a TOML file") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"path = {str(path)!r} is no TOML ({error}); see lobex.read_tool") from None
+    makers: dict[str, Callable[[Any], Any]] = {
+        "cutter": _cutter,
+        "modes": _modes,
+        "force": _force,
+        "process_damping": lambda table: _made(ProcessDamping, table),
+        "speed_variation": lambda table: _made(SpeedVariation, table),
+    }
+    _known("it", content, makers)
+    missing = [name for name in ("modes", "force") if name not in content]
+    if missing:
+        raise ValueError(f"path = {str(path)!r} has no [{missing[0]}]; see lobex.read_tool")
+    found = {}
+    for name, table in content.items():
+        try:
+            if not isinstance(table, list if name == "modes" else dict):
+                raise ValueError(f"it is no table; write {'[[modes]]' if name == 'modes' else f'[{name}]'}")
+            found[name] = makers[name](table)
+        except ValueError as error:
+            raise ValueError(f"path = {str(path)!r}, [{name}]: {error}") from None
+    return found
+
+
+def _cutter(table: dict[str, Any]) -> Cutter:
+    shape = table.get("shape", "end_mill")
+    _checks.choice("shape", shape, _SHAPES)
+    own = getattr(Cutter, shape)
+    takes = set(inspect.signature(own).parameters) | set(inspect.signature(Cutter.end_mill).parameters)
+    return _made(own, {name: value for name, value in table.items() if name != "shape"}, takes - {"edges"})
+
+
+def _force(table: dict[str, Any]) -> CuttingForce:
+    laws = {"linear": CuttingForce, "angle": CuttingForce.from_angle, "kienzle": CuttingForce.kienzle}
+    law = table.get("law", "linear")
+    _checks.choice("law", law, tuple(laws))
+    return _made(laws[law], {name: value for name, value in table.items() if name != "law"})
+
+
+def _modes(rows: list[dict[str, Any]]) -> Modes:
+    """Of both ends, in as many directions as the axes that are named."""
+    for number, row in enumerate(rows):
+        _known(f"mode {number + 1}", row, _MODE)
+        _checks.choice("of", row.get("of", "tool"), _ENDS)
+        _checks.choice("axis", row.get("axis"), _AXES)
+    count = 1 + max(_AXES.index(row["axis"]) for row in rows)
+    ends = [[row for row in rows if row.get("of", "tool") == end] for end in _ENDS]
+    found = {end: _of_table(rows, count) for end, rows in zip(_ENDS, ends, strict=True) if rows}
+    return Modes.relative(**found) if len(found) > 1 else next(iter(found.values()))
+
+
+def _of_table(rows: list[dict[str, Any]], count: int) -> Any:
+    inertia = [name for name in ("mass", "stiffness") if any(name in row for row in rows)]
+    names = ("frequency", "damping_ratio", *inertia)
+    for number, row in enumerate(rows):
+        for name in names:
+            if name not in row:
+                raise ValueError(f"mode {number + 1} has no {name}; give it, and for all modes mass or stiffness")
+    unit = [[float(axis == row["axis"]) for axis in _AXES[:count]] for row in rows]
+    return Modes.from_table(**{name: [row[name] for row in rows] for name in names}, direction=unit)
+
+
+def _made(make: Callable[..., Any], table: dict[str, Any], takes: Any = None) -> Any:
+    """What a table says by name."""
+    _known("it", table, inspect.signature(make).parameters if takes is None else takes)
+    given = {name: _in_metres(name, value) if name in _LENGTHS else value for name, value in table.items()}
+    try:
+        return make(**given)
+    except TypeError as error:
+        raise ValueError(str(error).partition(" ")[2]) from None
+
+
+def _in_metres(name: str, value: Any) -> Any:
+    return [metres(name, part) for part in value] if isinstance(value, list) else metres(name, value)
+
+
+def _known(what: str, table: dict[str, Any], names: Any) -> None:
+    for name in table:
+        if name not in names:
+            raise ValueError(f"{what} has {name!r}, which is none of {', '.join(sorted(names))}")
