@@ -45,6 +45,10 @@ def jumping(t, speed, gain):
     return jnp.reshape(gain * (t > 0.3), (1, 1))
 
 
+def nowhere(t, speed, gain):
+    return jnp.reshape(gain * jnp.log(-1 - t), (1, 1))
+
+
 def turn(factor, speed, gain):
     return factor * (3 - speed)
 
@@ -167,6 +171,17 @@ def test_numbers_that_are_not_what_is_declared_are_refused(process, fault, verb)
     bad = change(process, value)
     said = refused(VERBS[verb], bad, message)
     assert said.startswith(f"process = {type(process).__name__}: ")
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_matrices_and_functions_that_are_nowhere_finite_are_refused(verb):
+    # A study puts other numbers in the place of the structure's.
+    if verb != "study":
+        refused(
+            VERBS[verb], replace(SOUND, drift=np.inf), "its structure has values that are not finite at speed = .*;"
+        )
+    lost = lobex.LinearDelay(-1.0, [(Partial(nowhere), 0.5)], period=1.0)
+    refused(VERBS[verb], lost, "its force has values that are not finite at speed = .*; give finite")
 
 
 @pytest.mark.parametrize("verb", VERBS)

@@ -37,6 +37,7 @@ class Numbers(NamedTuple):
         declared: whether each is in the range that was said.
         delay_range: the range, in periods, (k, 2).
         force: the largest force per unit of output, now and remembered, at any phase, (k,).
+        finite: whether the structure is, and the forces at every phase, (k, 2).
     """
 
     period: Float[AnyArray, " *k"]
@@ -45,6 +46,7 @@ class Numbers(NamedTuple):
     declared: Bool[AnyArray, "*k delays phases"]
     delay_range: Float[AnyArray, "*k 2"]
     force: Float[AnyArray, " *k"]
+    finite: Bool[AnyArray, "*k 2"]
 
 
 def check_system(process: Process, speed: Any, gain: Any = None) -> None:
@@ -87,6 +89,7 @@ def _numbers(process: Process, speed: Float[Array, " k"], gain: Float[Array, " k
         lags = [term.delay.shares(_PHASES, system.period) for term in system.feedback if term.delay is not None]
         lag = jnp.stack([jnp.broadcast_to(lag, _PHASES.shape) for lag in lags] or [jnp.ones(_PHASES.shape)])
         forces = system.at(_PHASES)
+        structure = system.blocks, system.inputs, system.outputs, system.recalled
         return Numbers(
             period=jnp.asarray(system.period),
             breaks=jnp.concatenate([jnp.zeros(0), *(jnp.ravel(node.breaks) for node in functions)]),
@@ -94,9 +97,14 @@ def _numbers(process: Process, speed: Float[Array, " k"], gain: Float[Array, " k
             declared=system.declared(lag),
             delay_range=jnp.array([system.shortest, system.longest]),
             force=jnp.max(sum(jnp.linalg.norm(part, axis=(1, 2)) for part in (forces.present, *forces.delayed))),
+            finite=jnp.stack([_all_finite(structure), _all_finite(forces)]),
         )
 
     return jax.vmap(at)(speed, gain)
+
+
+def _all_finite(parts: Any) -> Bool[Array, ""]:
+    return jnp.all(jnp.array([jnp.all(jnp.isfinite(part)) for part in jax.tree.leaves(parts)]))
 
 
 def _check_form(name: str, system: Any) -> None:
@@ -162,6 +170,10 @@ def _wrong(found: Numbers) -> tuple[int, str, str] | None:
     if bad.any():
         point, index = np.argwhere(bad)[0]
         return point, f"one of its breaks is {found.breaks[point, index]:.6g} {{}}", "give phases t/T from 0 to 1"
+    # Where some points have numbers, the others fail by themselves.
+    for index, what in enumerate(("structure", "force")):
+        if not found.finite[:, index].any():
+            return 0, f"its {what} has values that are not finite {{}}", "give finite matrices and functions"
     least, most = found.delay_range[0]
     for bad, right in (
         (~(found.lag > 0), "give one above 0"),
