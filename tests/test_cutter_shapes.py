@@ -120,6 +120,14 @@ def test_multipliers_of_a_profile_solve_the_equation_in_which_the_delay_is_no_mo
     assert missed(1.01 * value, force, 1 / (2 * speed)) > 1e-3
 
 
+@pytest.mark.search
+def test_a_ball_in_space_comes_to_its_digits_with_few_nodes():
+    process = milling(PROFILES["ball"][0])
+    values = [abs(lobex.multipliers(process, 91.6, 4.7e-3, lobex.Duhamel(nodes=nodes))[0]) for nodes in (16, 24, 40)]
+    assert values[0] == pytest.approx(values[2], rel=2e-9)
+    assert values[1] == pytest.approx(values[2], rel=2e-10)
+
+
 def test_corners_that_vanish_leave_a_cylinder_to_first_order():
     cylinder = lobex.multipliers(milling(PROFILES["cylinder"][0]), 80.0, 5e-3, FINE)[0]
     corners = [lobex.Cutter.bull_nose(D, radius, teeth=2, helix_degrees=30.0) for radius in (1e-5, 2e-5)]

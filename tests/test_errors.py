@@ -84,9 +84,9 @@ def test_an_unknown_name_is_an_attribute_error():
         _ = lobex.wobble
 
 
-def test_three_contact_directions_cannot_mill():
-    modes = lobex.Modes([10.0], [0.1], [[1.0, 1.0, 1.0]])
-    with pytest.raises(ValueError, match="3 contact directions"):
+def test_four_contact_directions_cannot_mill():
+    modes = lobex.Modes([10.0], [0.1], [[1.0, 1.0, 1.0, 1.0]])
+    with pytest.raises(ValueError, match="4 contact directions"):
         lobex.Milling(modes, teeth=2, tangential=1e8, normal=1e8, radial_immersion=0.5)
 
 

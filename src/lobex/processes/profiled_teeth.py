@@ -23,6 +23,9 @@ _TURN = 2 * np.pi
 # Points of a corner: what turns by X radians to either side of the middle is off by (eX/4n)^{2n}, below 1e-13 where the
 # edge lags by π over a corner of 90 degrees.
 _POINTS = 14
+# Of the height of a corner, where a piece ends as well: what it takes of motion along the axis begins with the root of
+# the time since its tip enters or leaves, which polynomials follow where it is short.
+_GRADED = 1 / 64
 
 
 @pytree(static=("parts",))
@@ -46,8 +49,11 @@ class ProfiledTeeth(Teeth):
     def pieces(self) -> tuple[Piece, ...]:
         if self.twist is None:
             return self._straight().pieces()
-        top = () if self.corner is None else (self._top(),)
-        return helical_pieces(self, (0.0, *top, self.depth))
+        if self.corner is None:
+            return helical_pieces(self, (0.0, self.depth))
+        top = self._top()
+        graded = (_GRADED * top,) if self.directions == 3 else ()
+        return helical_pieces(self, (0.0, *graded, top, self.depth))
 
     def at(self, phase: Real[Any, " k"]) -> Float[Any, "k e r"]:
         return self._straight().at(phase) if self.twist is None else self.within(phase, phase)
