@@ -26,6 +26,9 @@ from reference_tasks import (
 )
 from reference_tools import forced_motion, helix, process_damping, variable_pitch
 
+# Steps of Newton's method from the delay of the speed now.
+NEWTON = 12
+
 
 def cases_of(reference: Case) -> Iterator[Task]:
     """Every case of a file."""
@@ -75,7 +78,7 @@ def speed_variation(content: Case) -> Iterator[Task]:
 def varying(form: str, amplitude: float, frequency: float, equation: tuple[float, float, float, float]) -> Any:
     """x'' + c x' + k x = gain p (x(t - tau(t)) - s x), of the numbers c, k, p and s."""
     damping, stiffness, force, now = equation
-    chosen = np.array([float(form == one) for one in ("instantaneous", "first-order")])
+    chosen = np.array([float(form == one) for one in ("exact", "instantaneous", "first-order")])
     law = Partial(delay_by_law, {"A": amplitude, "R": frequency, "form": chosen})
     slowest = 1 - abs(amplitude)
     return lobex.LinearDelay.second_order(
@@ -97,10 +100,17 @@ def proportional(factor: Any, t: Any, speed: Any, gain: Any) -> Any:
 
 
 def delay_by_law(numbers: Numbers, t: Any, speed: Any, gain: Any) -> Any:
-    """The forms that take the speed of the moment, of which one is chosen."""
+    """All three forms, of which one is chosen."""
+    amplitude, ratio = numbers["A"], numbers["R"]
     omega = 2 * jnp.pi * speed
-    change = numbers["A"] * jnp.sin(numbers["R"] * omega * t)
-    return numbers["form"] @ jnp.stack([2 * jnp.pi / (1 + change), 2 * jnp.pi * (1 - change)]) / omega
+    turned = omega * t
+    change = amplitude * jnp.sin(ratio * turned)
+    exact = 2 * jnp.pi / (1 + change)
+    for _ in range(NEWTON):
+        before = ratio * (turned - exact)
+        angle = exact - amplitude / ratio * (jnp.cos(ratio * turned) - jnp.cos(before))
+        exact = exact - (angle - 2 * jnp.pi) / (1 + amplitude * jnp.sin(before))
+    return numbers["form"] @ jnp.stack([exact, 2 * jnp.pi / (1 + change), 2 * jnp.pi * (1 - change)]) / omega
 
 
 def mathieu(content: Case) -> Iterator[Task]:
