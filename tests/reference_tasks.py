@@ -39,14 +39,16 @@ class Limits(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """A periodic motion wanted: its extremes by axis, and y at the phases at which teeth pass the finished wall."""
+    """A periodic motion wanted: its extremes by axis, and y where teeth pass the finished wall, at heights that are
+    shares of the depth: of every tooth at one height, or of one tooth at several.
+    """
 
     group: str
     name: str
     process: Any
     speed: float
     gain: float
-    walls: Numbers
+    heights: Numbers
     case: Case
 
 

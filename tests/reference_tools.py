@@ -68,19 +68,13 @@ def helix(content: Case) -> Iterator[Task]:
 
 
 def forced_motion(content: Case) -> Iterator[Task]:
-    """Group f; y is wanted where each tooth passes the finished wall."""
+    """Group f."""
     for part in ("straight", "helix"):
         for case in content.get(part, []):
             tool = content["tools"][case["tool"]]
-            process, pitch = cutter(tool, case), np.array(tool["pitch_deg"])
-            wall = 0.0 if case["direction"] == "up" else 180.0
-            if part == "helix":
-                # The edge lags behind its tip by that much.
-                angles = wall + np.rad2deg(process.cutter.twist * np.array(case["heights_m"]))
-            else:
-                angles = wall - np.cumsum(pitch) + pitch
-            walls = np.mod(angles / 360 * process.cutter.alike, 1.0)
-            yield Motion(f"f {part}", name(case), process, case["rpm"] / 60, case["depth_m"], walls, case)
+            process, depth = cutter(tool, case), case["depth_m"]
+            heights = np.array(case.get("heights_m", [0.0])) / depth
+            yield Motion(f"f {part}", name(case), process, case["rpm"] / 60, depth, heights, case)
 
 
 def process_damping(content: Case) -> Iterator[Task]:

@@ -65,13 +65,16 @@ def of_multipliers(tasks: list[Multiplier]) -> list[float]:
 def of_motion(task: Motion) -> float:
     """The worst difference of extremes and of y at the wall, relative to the peak of the axis, and of the radius."""
     case = task.case
-    motion = lobex.orbit(task.process, task.speed, task.gain, phase=task.walls)
+    motion = lobex.orbit(task.process, task.speed, task.gain, height=task.heights)
     found = [abs(float(motion.spectral_radius) / case["spectral_radius"] - 1)]
     for index, axis in enumerate("xy"):
         if peak := case.get(f"peak_{axis}_m"):
             names = {"lowest": f"{axis}_min_m", "highest": f"{axis}_max_m", "peak": f"peak_{axis}_m"}
             found += [abs(getattr(motion, own)[index] - case[name]) / peak for own, name in names.items()]
-    wall = np.abs(motion.displacement[:, 1] - case["y_at_surface_m"]) / case["peak_y_m"]
+    # What lies on the side of the wall is left, of up-milling at larger y; all teeth are told of, or one at heights.
+    side = -1 if case["direction"] == "up" else 1
+    left = motion.surface_location_error[:, 0] if len(task.heights) == 1 else motion.surface_location_error[0]
+    wall = np.abs(side * left - case["y_at_surface_m"]) / case["peak_y_m"]
     # NaN is no agreement.
     return float(np.nan_to_num(np.max([*found, *wall]), nan=np.inf))
 

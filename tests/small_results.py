@@ -1,5 +1,6 @@
 """A small result of every kind, of made-up numbers: what files and pictures do is the same for all of them."""
 
+from dataclasses import fields
 from typing import Any
 
 import numpy as np
@@ -106,6 +107,22 @@ def orbit() -> lobex.Orbit:
     )
 
 
+def cutting_orbit() -> lobex.CuttingOrbit:
+    """The same of two teeth at three heights."""
+    known = {f.name: getattr(orbit(), f.name) for f in fields(lobex.Orbit)}
+    return lobex.CuttingOrbit(
+        **known,
+        height=np.array([0.0, 0.5, 1.0]),
+        force=1e7 * known["displacement"],
+        torque=1e5 * known["displacement"][..., 0],
+        highest_torque=np.array([0.4, np.nan]),
+        mean_torque=np.array([0.2, np.nan]),
+        chip_thickness=np.abs(known["displacement"]),
+        pulled=np.array([[0.0, 0.1], [np.nan, np.nan]]),
+        surface_location_error=1e-6 * np.arange(12.0).reshape(2, 2, 3),
+    )
+
+
 def cut() -> lobex.Cut:
     """Two lanes of three samples."""
     samples = np.arange(6.0).reshape(2, 3) * 1e-6
@@ -186,6 +203,7 @@ RESULTS: dict[str, Any] = {
     "march": march,
     "cut": cut,
     "orbit": orbit,
+    "cutting orbit": cutting_orbit,
     "wear map": wear_map,
     "spectrum": spectrum,
     "study": study,

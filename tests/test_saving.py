@@ -277,7 +277,7 @@ def test_tables_have_numbers_to_the_last_digit_and_units(name, saved, tmp_path):
         np.testing.assert_array_equal(values, rows[field].to_numpy(), err_msg=field)
 
 
-PARTS = ("interval", "edge", "output", "component", "mode")
+PARTS = ("interval", "edge", "output", "component", "mode", "direction", "tooth", "height")
 ROWS = {
     "march": ["lane", "phase"],
     "cut": ["lane", "phase"],

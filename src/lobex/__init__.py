@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from lobex.results.boundary import Boundary
     from lobex.results.chart import Chart
     from lobex.results.cut import Cut
+    from lobex.results.cutting_orbit import CuttingOrbit
     from lobex.results.limit import Limit
     from lobex.results.march import March
     from lobex.results.orbit import Orbit
@@ -70,6 +71,7 @@ _HOME = {
     "Cut": "results.cut",
     "Cutter": "processes.cutter",
     "CuttingForce": "processes.cutting_force",
+    "CuttingOrbit": "results.cutting_orbit",
     "DelaySystem": "systems.system",
     "DelayedMathieu": "processes.canonical",
     "Duhamel": "operators.duhamel",
@@ -131,6 +133,7 @@ __all__ = [
     "Cut",
     "Cutter",
     "CuttingForce",
+    "CuttingOrbit",
     "DelaySystem",
     "DelayedMathieu",
     "Duhamel",

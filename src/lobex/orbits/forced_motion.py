@@ -3,7 +3,7 @@
 from dataclasses import replace
 from functools import partial
 from operator import itemgetter
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
@@ -22,12 +22,15 @@ from lobex.grids.evaluation import dominant_at_points
 from lobex.operators.duhamel import Duhamel
 from lobex.operators.estimate import sizes_of
 from lobex.operators.response import quickness, tail_bound
+from lobex.orbits.cut_along import CutAlong, cut_along, toothed, walls
 from lobex.orbits.periodic import Periodic, largest, periodic
 from lobex.processes.declared import check_system
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_gain, check_process, check_speed, lanes_shape
 from lobex.processes.quantity import quantity_of
+from lobex.processes.teeth_at_work import Toothed
 from lobex.results.codes import OrbitStatus
+from lobex.results.cutting_orbit import CuttingOrbit
 from lobex.results.description import describe
 from lobex.results.orbit import Orbit
 from lobex.systems.forced import as_feedback
@@ -39,6 +42,8 @@ _SIZES = (6, 9, 14, 21, 32, 48, 72, 108)
 # Of derivatives, where nothing tells before how many are needed.
 _TRACED = 20
 _SAMPLES = 257
+# Of the depth of cut, heights at which helical edges are told of.
+_HEIGHTS = 9
 # Points of one call, where there are as many.
 _BATCH = 16
 # A residual of the dominant multiplier above which it is sought by what charts have.
@@ -52,11 +57,15 @@ def orbit(
     method: Duhamel | Auto = AUTO,
     *,
     phase: Any = None,
+    height: Any = None,
 ) -> Orbit:
     """The periodic motion that a forced stable process comes to: (I − U)⁻¹ b where a period maps x to U x + b.
 
     Exact in the structure, spectrally accurate between the jumps, and differentiable with respect to speed, gain and
     every number in ``process``. Between the nodes the motion is that of the structure under the forces found.
+
+    Of a process that knows its teeth (``Milling``) it tells what they do as well: force, torque and power, the chip of
+    each tooth, and the surface that it leaves.
 
     Args:
         process: a process with a forcing, such as ``Milling(…, feed_per_tooth=1e-4)`` or
@@ -66,18 +75,20 @@ def orbit(
         method: ``Auto()`` or ``Duhamel()`` choose the nodes by the tolerance of the displacement, relative to the
             largest; ``Duhamel(nodes=…)`` does not. Where JAX traces an argument, ``Auto()`` takes 20.
         phase: phases t/T at which y is wanted, (samples,); by default 257 in equal steps from 0 to 1.
+        height: of a process with teeth, heights of the finished wall as shares of the depth of cut, from the tip, (h,);
+            by default 0 of straight teeth, which leave the same at every height, and 9 from 0 to 1 of helical ones.
 
     Returns:
-        An ``Orbit``; of concrete arguments with float64 NumPy arrays, under ``jit``, ``grad`` or ``vmap`` with JAX
-        arrays that follow the precision of its inputs.
+        An ``Orbit``, a ``CuttingOrbit`` of a process with teeth; of concrete arguments with float64 NumPy arrays, under
+        ``jit``, ``grad`` or ``vmap`` with JAX arrays that follow the precision of its inputs.
 
     Raises:
         ValueError: for a process without forcing, methods other than ``Duhamel``, NaN, infinite or non-positive speeds
             and gains that the process cannot have.
 
     Warns:
-        SweepWarning: for points that are unstable or failed, whose motion is NaN, and for estimated errors above the
-            tolerance.
+        SweepWarning: for points that are unstable or failed, whose motion is NaN, for estimated errors above the
+            tolerance, and where a tooth leaves the cut, so that the linear motion is not that of the cut.
         LobexWarning: for numbers that can hardly be meant: speeds in rpm, damping in per cent, depths in mm.
     """
     check_process(process)
@@ -95,18 +106,21 @@ def orbit(
     phases = _checks.as_numbers("phase", np.linspace(0, 1, _SAMPLES) if phase is None else phase)
     if phases is None or phases.ndim != 1 or not phases.size:
         raise ValueError(f"phase = {_checks.brief(phase)} must be a list of phases t/T")
+    heights = _heights(process, height)
     chosen = Duhamel() if isinstance(method, Auto) else method
     traced = _checks.is_traced((process, speed, gain))
     with timed() as spent:
         if traced:
-            parts = _traced(process, speed, gain, chosen, phases)
+            parts = _traced(process, speed, gain, chosen, _Wanted(phases, heights))
         else:
             with at_once():
                 speeds, gains = (np.broadcast_to(np.asarray(one, dtype=float), lanes).ravel() for one in (speed, gain))
-                parts = _settled(widened(process), speeds, gains, chosen, phases)
+                parts = _settled(widened(process), speeds, gains, chosen, _Wanted(phases, heights))
                 parts = {name: part.reshape((*lanes, *part.shape[1:])) for name, part in parts.items()}
-    return Orbit(
+    made, own = (CuttingOrbit, {"height": heights}) if toothed(process) else (Orbit, {})
+    return made(
         **parts,
+        **own,
         phase=phases,
         quantity=quantity_of(process),
         speed_unit=process.speed_unit,
@@ -117,22 +131,52 @@ def orbit(
     )
 
 
+def _heights(process: Process, height: Any) -> np.ndarray:
+    """Of the finished wall, as shares of the depth of cut; none where a process knows no teeth."""
+    if not toothed(process):
+        if height is not None:
+            raise ValueError(f"height = {_checks.brief(height)} is of a process with teeth, such as lobex.Milling")
+        return np.zeros(0)
+    if height is None:
+        return np.zeros(1) if cast(Toothed, process).straight else np.linspace(0, 1, _HEIGHTS)
+    heights = _checks.as_numbers("height", height)
+    if heights is None or heights.ndim != 1 or not heights.size or np.any((heights < 0) | (heights > 1)):
+        raise ValueError(f"height = {_checks.brief(height)} must be a list of shares of the depth of cut, from 0 to 1")
+    return heights
+
+
 class _Lanes(NamedTuple):
-    """Of every lane: what ``periodic`` finds, the sizes of outputs, (r,), the largest displacement in them, and T."""
+    """Of every lane: what ``periodic`` finds, y at the walls included, what the cut does, if it is one of teeth, the
+    sizes of outputs, (r,), the largest displacement in them, and T.
+    """
 
     found: Periodic
+    cut: CutAlong | None
     sizes: Float[AnyArray, "*lanes r"]
     largest: Float[AnyArray, " *lanes"]
     period: Float[AnyArray, " *lanes"]
 
 
-def _lane(system: DelaySystem, method: Duhamel, phases: Float[AnyArray, " S"]) -> _Lanes:
-    found = periodic(system, method, phases)
-    return _Lanes(found, sizes_of(system.outputs), largest(found, system), jnp.asarray(system.period))
+class _Wanted(NamedTuple):
+    """Phases t/T at which the motion is wanted, (S,), and heights of the finished wall, (h,)."""
+
+    phase: Float[AnyArray, " S"]
+    height: Float[AnyArray, " h"]
+
+
+def _lane(process: Process, method: Duhamel, wanted: _Wanted, speed: Number, gain: Number) -> _Lanes:
+    system = process.system(speed, gain)
+    phases = jnp.concatenate([jnp.asarray(wanted.phase), walls(process, gain, wanted.height)])
+    found, path = periodic(system, method, phases)
+    cut = None
+    if toothed(process):
+        at_walls, nodes = found.output[len(wanted.phase) :], method.count
+        cut = cut_along(process, speed, gain, system, path, wanted.phase, at_walls, wanted.height, nodes)
+    return _Lanes(found, cut, sizes_of(system.outputs), largest(found, system), jnp.asarray(system.period))
 
 
 def _settled(
-    process: Process, speeds: np.ndarray, gains: np.ndarray, method: Duhamel, phases: np.ndarray
+    process: Process, speeds: np.ndarray, gains: np.ndarray, method: Duhamel, wanted: "_Wanted"
 ) -> dict[str, Any]:
     """The fields of an ``Orbit`` by lane; call in the scope of float64."""
     _check_forced(process.system(speeds[0], gains[0]))
@@ -140,7 +184,7 @@ def _settled(
 
     def at(nodes: int) -> _Lanes:
         several = 1 if len(lanes) < _BATCH else _BATCH
-        evaluate = partial(_at_points, process, replace(method, nodes=nodes), phases, together(several))
+        evaluate = partial(_at_points, process, replace(method, nodes=nodes), wanted, together(several))
         return in_batches(evaluate, (speeds[lanes], gains[lanes]), several)
 
     first, *others = _sizes(process, speeds, method)
@@ -158,8 +202,14 @@ def _settled(
     if len(unknown):
         again = dominant_at_points(process, speeds[unknown], gains[unknown], Duhamel(tolerance=method.tolerance))
         radius[unknown] = np.abs(again.multiplier)
-    parts = _fields(known, radius, error, method.tolerance, np)
+    parts = _fields(known, radius, error, method.tolerance, wanted, np)
+    leaving = parts["status_code"] == OrbitStatus.TOOTH_LEAVES_THE_CUT
+    most = 100 * np.max(parts["pulled"], where=leaving[:, None], initial=0.0) if "pulled" in parts else 0.0
     for code, words in (
+        (
+            OrbitStatus.TOOTH_LEAVES_THE_CUT,
+            f"have a tooth that leaves the cut, which for up to {most:.2g} % of its chip is pushed as if it pulled",
+        ),
         (OrbitStatus.UNSTABLE, "are unstable: no motion comes to their orbit, which is NaN"),
         (OrbitStatus.FAILED, "failed and are NaN"),
         (OrbitStatus.ABOVE_TOLERANCE, f"have an estimated error above {method.tolerance:g}"),
@@ -176,20 +226,20 @@ def _traced(
     speed: Real[AnyArray, "..."],
     gain: Real[AnyArray, "..."],
     method: Duhamel,
-    phases: Float[AnyArray, " S"],
+    wanted: _Wanted,
 ) -> dict[str, Any]:
     """The same for traced numbers."""
     nodes = method.nodes or _TRACED
 
     def point(speed: Real[Array, ""], gain: Real[Array, ""]) -> dict[str, Any]:
-        system = process.system(speed, gain)
-        _check_forced(system)
-        now = _lane(system, replace(method, nodes=nodes), phases)
-        finer = _lane(jax.lax.stop_gradient(system), replace(method, nodes=_judging(nodes)), phases)
+        _check_forced(process.system(speed, gain))
+        now = _lane(process, replace(method, nodes=nodes), wanted, speed, gain)
+        still = jax.lax.stop_gradient((process, speed, gain))
+        finer = _lane(still[0], replace(method, nodes=_judging(nodes)), wanted, *still[1:])
         radius = jnp.sqrt(jnp.sum(now.found.multiplier**2))
         one, other = jax.tree.map(lambda part: part[None], (now, finer))
         error = _error(one, other, jnp)[0]
-        return {"speed": speed, "gain": gain, **_fields(now, radius, error, method.tolerance, jnp)}
+        return {"speed": speed, "gain": gain, **_fields(now, radius, error, method.tolerance, wanted, jnp)}
 
     return over_points(point, speed, gain)
 
@@ -198,16 +248,13 @@ def _traced(
 def _at_points(
     process: Process,
     method: Duhamel,
-    phases: Float[AnyArray, " S"],
+    wanted: _Wanted,
     several: int,
     count: Number,
     speed: Float[AnyArray, " p"],
     gain: Float[AnyArray, " p"],
 ) -> _Lanes:
-    def point(speed: Number, gain: Number) -> _Lanes:
-        return _lane(process.system(speed, gain), method, phases)
-
-    return over_few(point, several, count, speed, gain)
+    return over_few(partial(_lane, process, method, wanted), several, count, speed, gain)
 
 
 def _check_forced(system: DelaySystem) -> None:
@@ -247,23 +294,35 @@ def _error(now: _Lanes, before: _Lanes, lib: Any) -> Float[AnyArray, " p"]:
 
 
 def _fields(
-    lanes: _Lanes, radius: Float[AnyArray, " *lanes"], error: Float[AnyArray, " *lanes"], tolerance: float, lib: Any
+    lanes: _Lanes,
+    radius: Float[AnyArray, " *lanes"],
+    error: Float[AnyArray, " *lanes"],
+    tolerance: float,
+    wanted: _Wanted,
+    lib: Any,
 ) -> dict[str, Any]:
     """Those of an ``Orbit`` that are found; motions that nothing comes to are none."""
     good = lib.where(error <= tolerance, int(OrbitStatus.GOOD), int(OrbitStatus.ABOVE_TOLERANCE))
+    if lanes.cut is not None:
+        leaves = (good == OrbitStatus.GOOD) & (lib.max(lanes.cut.pulled, axis=-1) > tolerance)
+        good = lib.where(leaves, int(OrbitStatus.TOOTH_LEAVES_THE_CUT), good)
     status = lib.where(radius < 1, good, int(OrbitStatus.UNSTABLE))
     status = lib.where(lib.isfinite(lanes.largest) & lib.isfinite(radius), status, int(OrbitStatus.FAILED))
-    told = status <= int(OrbitStatus.ABOVE_TOLERANCE)
+    told = (status != OrbitStatus.UNSTABLE) & (status != OrbitStatus.FAILED)
 
     def where_told(part: Float[AnyArray, "..."]) -> Float[AnyArray, "..."]:
         return lib.where(told.reshape(told.shape + (1,) * (part.ndim - told.ndim)), part, lib.nan)
 
+    motion = {
+        "displacement": lanes.found.output[..., : len(wanted.phase), :],
+        "lowest": lanes.found.lowest,
+        "highest": lanes.found.highest,
+        "error": error,
+        **({} if lanes.cut is None else lanes.cut._asdict()),
+    }
     return {
         "period": lanes.period,
-        "displacement": where_told(lanes.found.output),
-        "lowest": where_told(lanes.found.lowest),
-        "highest": where_told(lanes.found.highest),
         "spectral_radius": radius,
-        "error": where_told(error),
         "status_code": status.astype("int8"),
+        **{name: where_told(part) for name, part in motion.items()},
     }

@@ -1,11 +1,12 @@
 """The periodic motion of one forced delay system, in pure JAX: the fixed point of the affine map of a period."""
 
+from dataclasses import replace
 from typing import Any, NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from lobex._shapes import AnyArray
 from lobex.floquet import power
@@ -13,14 +14,17 @@ from lobex.operators.chebyshev import chebyshev_points, chebyshev_polynomials
 from lobex.operators.duhamel import Duhamel
 from lobex.operators.elimination import pivoted_inverse
 from lobex.operators.estimate import sizes_of
+from lobex.operators.prepared import Prepared
 from lobex.systems.forced import as_feedback
-from lobex.systems.mesh import Mesh, mesh_of
+from lobex.systems.mesh import mesh_of
 from lobex.systems.system import DelaySystem
 
 # Squarings of the map: what is left of other multipliers than the largest is told by the residual.
 _SQUARINGS = 12
 # Samples for each Chebyshev term, among which extremes are sought, and steps of Newton's method from the nearest.
 _DENSE, _STEPS = 3, 4
+# Of a piece, so far from a jump that rounding does not reach it.
+_ASIDE = 1e-12
 
 
 class Periodic(NamedTuple):
@@ -50,7 +54,39 @@ def affine_map(matrix: Float[Array, "L L"], system: DelaySystem) -> tuple[Float[
     return rows[:, kept], rows[:, d]
 
 
-def periodic(system: DelaySystem, method: Duhamel, phase: Float[AnyArray, " S"]) -> Periodic:
+class Path(NamedTuple):
+    """A periodic motion as a polynomial over every piece of the period.
+
+    Attributes:
+        terms: Chebyshev terms of y, and of w where that is another, (M, terms, r + m).
+        start, length: of the pieces, in periods, (M,).
+    """
+
+    terms: Float[Array, "M terms watched"]
+    start: Float[AnyArray, " M"]
+    length: Float[AnyArray, " M"]
+
+    def at(self, phase: Float[AnyArray, " *S"]) -> Float[Array, "*S watched"]:
+        """y and w at phases t/T."""
+        piece, inside = self._place(jnp.ravel(phase))
+        values = chebyshev_polynomials(2 * inside - 1, jnp.shape(self.terms)[1])
+        return jnp.einsum("sk,skr->sr", values, self.terms[piece]).reshape(*jnp.shape(phase), -1)
+
+    def aside(self, phase: Float[AnyArray, " S"]) -> Float[Array, " S"]:
+        """The same phases, those on a jump a little beside it, on the side that ``at`` takes."""
+        piece, inside = self._place(phase)
+        place = self.start[piece] + self.length[piece] * jnp.clip(inside, _ASIDE, 1 - _ASIDE)
+        return place + jnp.round(phase - place)
+
+    def _place(self, phase: Float[AnyArray, " S"]) -> tuple[Int[Array, " S"], Float[Array, " S"]]:
+        """In which piece each phase is, and where in it, from 0 to 1."""
+        start, length = jnp.asarray(self.start), jnp.asarray(self.length)
+        place = start[0] + jnp.mod(phase - start[0], 1.0)
+        piece: Any = jnp.sum(place[:, None] >= start[1:], axis=1)
+        return piece, (place - start[piece]) / jnp.where(length[piece] > 0, length[piece], 1.0)
+
+
+def periodic(system: DelaySystem, method: Duhamel, phase: Float[AnyArray, " S"]) -> tuple[Periodic, Path]:
     """(I − U)⁻¹ b, and the motion over the period that follows it, by the structure's exact response.
 
     Args:
@@ -67,18 +103,29 @@ def periodic(system: DelaySystem, method: Duhamel, phase: Float[AnyArray, " S"])
     noise = jnp.asarray(np.random.default_rng(3).standard_normal(size) / np.sqrt(size), dtype=push.dtype)
     fixed, amplified = jnp.linalg.solve(jnp.eye(size, dtype=push.dtype) - shift, jnp.stack([push, noise], axis=1)).T
     held = jnp.concatenate([fixed[:d], jnp.eye(1, s, dtype=push.dtype)[0], fixed[d:]])
-    terms = method.path(prepared, respond, closed, held)[..., : system.output_size]
-    mesh = mesh_of(closed)
-    lowest, highest = -_highest(-terms), _highest(terms)
+    path = _followed(method, prepared, respond, system, held)
+    terms = path.terms[..., : system.output_size]
+    lowest, highest = -highest_of(-terms), highest_of(terms)
     pair = power.pair_by_squaring(jax.lax.stop_gradient(shift), _SQUARINGS)
-    return Periodic(
-        output=_at(terms, mesh, phase),
+    found = Periodic(
+        output=path.at(phase)[..., : system.output_size],
         lowest=lowest,
         highest=highest,
         multiplier=pair.value,
         residual=power.residual(shift, pair),
         rounding=jnp.finfo(push.dtype).eps * jnp.sqrt(jnp.sum(amplified**2) * size),
     )
+    return found, path
+
+
+def _followed(method: Duhamel, prepared: Prepared, respond: Any, system: DelaySystem, held: Any) -> Path:
+    """The motion of ``system`` over the period after the state ``held`` of what it is as feedback."""
+    closed, r = as_feedback(system), system.output_size
+    if system.remembered is not None:
+        closed = replace(closed, outputs=jnp.concatenate([closed.outputs, closed.recalled], axis=1))
+    terms, mesh = method.path(prepared, respond, closed, held), mesh_of(closed)
+    # Without the output that is 1 at all times.
+    return Path(jnp.concatenate([terms[..., :r], terms[..., r + 1 :]], axis=-1), mesh.start, mesh.length)
 
 
 def largest(found: Periodic, system: DelaySystem) -> Float[Array, ""]:
@@ -86,16 +133,7 @@ def largest(found: Periodic, system: DelaySystem) -> Float[Array, ""]:
     return jnp.max(jnp.maximum(-found.lowest, found.highest) / sizes_of(system.outputs))
 
 
-def _at(terms: Float[AnyArray, "M terms r"], mesh: Mesh, phase: Float[AnyArray, " S"]) -> Float[Array, "S r"]:
-    """y at phases, (S, r), from its Chebyshev terms over every piece, (M, terms, r)."""
-    start, length = jnp.asarray(mesh.start), jnp.asarray(mesh.length)
-    place = start[0] + jnp.mod(phase - start[0], 1.0)
-    piece: Any = jnp.sum(place[:, None] >= start[1:], axis=1)
-    inside = (place - start[piece]) / jnp.where(length[piece] > 0, length[piece], 1.0)
-    return jnp.einsum("sk,skr->sr", chebyshev_polynomials(2 * inside - 1, jnp.shape(terms)[1]), terms[piece])
-
-
-def _highest(terms: Float[AnyArray, "M terms r"]) -> Float[Array, " r"]:
+def highest_of(terms: Float[AnyArray, "M terms r"]) -> Float[Array, " r"]:
     """The largest value of each output over all pieces, (r,), from Chebyshev terms (M, terms, r)."""
     count = jnp.shape(terms)[1]
     grid = 2 * chebyshev_points(_DENSE * count) - 1

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 
     from lobex.results.orbit import Orbit
 
-_COLOURS = ("#12436d", "#c8500a", "#5b8fb9", "#e8a33d", "#0b7a75", "#8c3b0a")
-_DASHES = ("-", "--", ":")
+COLOURS = ("#12436d", "#c8500a", "#5b8fb9", "#e8a33d", "#0b7a75", "#8c3b0a")
+DASHES = ("-", "--", ":")
 
 
 def plot_orbit(orbit: "Orbit", ax: "Axes | None") -> "Axes":
@@ -31,8 +31,8 @@ def plot_orbit(orbit: "Orbit", ax: "Axes | None") -> "Axes":
             ax.plot(
                 orbit.phase[order],
                 lanes[lane, order, output] / scale,
-                color=_COLOURS[lane],
-                linestyle=_DASHES[output % len(_DASHES)],
+                color=COLOURS[lane],
+                linestyle=DASHES[output % len(DASHES)],
                 linewidth=0.9,
                 label=label if lanes.shape[2] == 1 else f"{label}, {'xyz'[output] if vibrates else output + 1}",
             )

@@ -28,6 +28,7 @@ from lobex.processes.quantity import DEPTH_OF_CUT, SPEED_UNITS, Quantity
 from lobex.processes.specific_force import CHIP, EDGE, STEP
 from lobex.processes.speed_variation import SpeedVariation, check_variation
 from lobex.processes.teeth import WHOLE, HelicalTeeth, Parts, StraightTeeth
+from lobex.processes.teeth_at_work import AtWork, Motion, WorkingEdges, at_work
 from lobex.structures.modes import Modes, check_modes
 from lobex.structures.modes_over_speed import ModesOverSpeed
 from lobex.systems.coefficients import Following, Framed
@@ -190,6 +191,11 @@ class Milling:
         return self.cutter.teeth
 
     @property
+    def straight(self) -> bool:
+        """Whether its teeth are."""
+        return self.cutter.helix is None
+
+    @property
     def passes(self) -> int:
         """Tooth passes per revolution."""
         return self.teeth
@@ -303,6 +309,44 @@ class Milling:
             unit = np.eye(self.modes.directions)
             pushed += [Framed(-unit, one, np.ones((1, 1))) for one in edges]
         return [Forcing(Following(one)) for one in pushed]
+
+    def at_work(self, speed: Number, gain: Number, phase: Float[AnyArray, " k"], motion: Motion) -> AtWork:
+        """What the teeth do at phases t/T, (k,), along a motion of period T, as ``teeth_at_work.Toothed`` asks."""
+        friction, radius = 0.0, None if self.cutter.diameter is None else self.cutter.diameter / 2
+        if self.process_damping is not None:
+            # What acts is the velocity over the first angular frequency.
+            per_speed = self.process_damping.per_speed(self.cutter.diameter, speed)
+            friction = self.process_damping.friction * per_speed * self.modes.angular_frequency[0]
+        return at_work(self._edges(gain).in_cut(phase, motion), self.tangential, friction, radius)
+
+    def left_standing(
+        self, gain: Number, height: Float[AnyArray, " h"]
+    ) -> tuple[Float[Array, "teeth h"], Float[np.ndarray, " r"]]:
+        """When the teeth pass the finished wall, and which outputs then leave material, as ``teeth_at_work.Toothed``
+        asks: y of down-milling, at the angle π, and −y of up-milling, at the angle 0; nothing is known of y where modes
+        have one direction."""
+        angle, side = (np.pi, 1.0) if self.direction == "down" else (0.0, -1.0)
+        wall = [np.nan] if self.modes.directions == 1 else [0.0, side]
+        return self._edges(gain).passes(angle, height), np.array(wall)
+
+    def _edges(self, depth: Number) -> WorkingEdges:
+        """The teeth of a period, as what they cut along a motion is made of."""
+        cutter, count = self.cutter, self.teeth // self.cutter.alike
+        entry, exit_ = cutting_angles(self.radial_immersion, self.direction)
+        twist = None if cutter.twist is None else jnp.broadcast_to(cutter.twist, (count,))
+        return WorkingEdges(
+            depth,
+            entry,
+            exit_,
+            jnp.asarray(self._shares()),
+            twist,
+            None if cutter.one_helix or twist is None else jnp.roll(twist, -1) - twist,
+            0.0 if self.feed_per_tooth is None else count * self.feed_per_tooth,
+            jnp.zeros(count) if cutter.runout is None else cutter.steps,
+            cutter.alike,
+            self.modes.directions,
+            self.heights,
+        )
 
     def _teeth(self, depth: Number) -> Iterator["_Tooth"]:
         """The teeth of a period."""

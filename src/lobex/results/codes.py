@@ -36,6 +36,7 @@ class OrbitStatus(Code):
     ABOVE_TOLERANCE = 1
     UNSTABLE = 2
     FAILED = 3
+    TOOTH_LEAVES_THE_CUT = 4
 
 
 class Status(Code):

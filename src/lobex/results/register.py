@@ -5,6 +5,7 @@ import xarray
 from lobex.results.boundary import Boundary
 from lobex.results.chart import Chart
 from lobex.results.cut import Cut
+from lobex.results.cutting_orbit import CuttingOrbit
 from lobex.results.fields import read
 from lobex.results.limit import Limit
 from lobex.results.march import March
@@ -15,7 +16,9 @@ from lobex.results.spectrum_map import SpectrumMap
 from lobex.results.stored import Stored
 from lobex.results.wear_map import WearMap
 
-_KINDS: tuple[type[Result], ...] = (Chart, Limit, WearMap, SpectrumMap, Boundary, Sensitivities, March, Orbit, Cut)
+_KINDS: tuple[type[Result], ...] = (
+    *(Chart, Limit, WearMap, SpectrumMap, Boundary, Sensitivities, March, Orbit, CuttingOrbit, Cut),
+)
 _BY_FORM = {kind.form: kind for kind in _KINDS}
 
 

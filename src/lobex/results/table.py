@@ -13,6 +13,9 @@ _PARTS: dict[str, tuple[str, ...] | None] = {
     "output": None,
     "component": None,
     "mode": None,
+    "direction": None,
+    "tooth": None,
+    "height": None,
 }
 
 
