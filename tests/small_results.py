@@ -123,6 +123,31 @@ def cutting_orbit() -> lobex.CuttingOrbit:
     )
 
 
+def orbit_map() -> lobex.OrbitMap:
+    """Three speeds by two gains of two outputs, one of them unstable."""
+    peak = np.arange(12.0).reshape(3, 2, 2) * 1e-6
+    peak[2, 1] = np.nan
+    radius = np.linspace(0.5, 1.1, 6).reshape(3, 2)
+    status = np.array([[0, 0], [0, 4], [1, 2]], dtype=np.int8)
+    return lobex.OrbitMap(
+        speed=SPEED,
+        gain=GAIN,
+        peak=peak,
+        spectral_radius=radius,
+        error=1e-3 * peak[..., 0],
+        status_code=status,
+        method=_METHOD,
+        **_SAID,
+    )
+
+
+def cutting_map() -> lobex.CuttingMap:
+    """The same of a cutter."""
+    known = {f.name: getattr(orbit_map(), f.name) for f in fields(lobex.OrbitMap)}
+    names = ("location_error", "mean_power", "highest_torque", "pulled")
+    return lobex.CuttingMap(**known, **dict.fromkeys(names, known["peak"][..., 1]))
+
+
 def cut() -> lobex.Cut:
     """Two lanes of three samples."""
     samples = np.arange(6.0).reshape(2, 3) * 1e-6
@@ -204,6 +229,8 @@ RESULTS: dict[str, Any] = {
     "cut": cut,
     "orbit": orbit,
     "cutting orbit": cutting_orbit,
+    "orbit map": orbit_map,
+    "cutting map": cutting_map,
     "wear map": wear_map,
     "spectrum": spectrum,
     "study": study,

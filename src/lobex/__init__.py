@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from lobex.operators.duhamel import Duhamel
     from lobex.operators.semi_discretization import SemiDiscretization
     from lobex.orbits.forced_motion import orbit
+    from lobex.orbits.over_grid import orbits
     from lobex.plots.campbell import campbell
     from lobex.processes.canonical import DelayedMathieu, Scalar
     from lobex.processes.cutter import Cutter
@@ -44,6 +45,7 @@ if TYPE_CHECKING:
     from lobex.results.limit import Limit
     from lobex.results.march import March
     from lobex.results.orbit import Orbit
+    from lobex.results.orbit_map import CuttingMap, OrbitMap
     from lobex.results.sensitivities import Sensitivities
     from lobex.results.spectrum_map import SpectrumMap, critical_speeds
     from lobex.results.wear_map import WearMap
@@ -71,6 +73,7 @@ _HOME = {
     "Cut": "results.cut",
     "Cutter": "processes.cutter",
     "CuttingForce": "processes.cutting_force",
+    "CuttingMap": "results.orbit_map",
     "CuttingOrbit": "results.cutting_orbit",
     "DelaySystem": "systems.system",
     "DelayedMathieu": "processes.canonical",
@@ -84,6 +87,7 @@ _HOME = {
     "Modes": "structures.modes",
     "ModesOverSpeed": "structures.modes_over_speed",
     "Orbit": "results.orbit",
+    "OrbitMap": "results.orbit_map",
     "Plastic": "contact.laws",
     "Power": "contact.laws",
     "ProcessDamping": "processes.process_damping",
@@ -115,6 +119,7 @@ _HOME = {
     "multipliers": "verbs",
     "orbit": "orbits.forced_motion",
     "read_tool": "processes.tool_file",
+    "orbits": "orbits.over_grid",
     "sensitivities": "limits.sensitivity",
     "simulate_turning": "marches.turning",
     "spectral_radius": "verbs",
@@ -133,6 +138,7 @@ __all__ = [
     "Cut",
     "Cutter",
     "CuttingForce",
+    "CuttingMap",
     "CuttingOrbit",
     "DelaySystem",
     "DelayedMathieu",
@@ -146,6 +152,7 @@ __all__ = [
     "Modes",
     "ModesOverSpeed",
     "Orbit",
+    "OrbitMap",
     "Plastic",
     "Power",
     "ProcessDamping",
@@ -178,6 +185,7 @@ __all__ = [
     "multipliers",
     "orbit",
     "read_tool",
+    "orbits",
     "sensitivities",
     "simulate_turning",
     "spectral_radius",

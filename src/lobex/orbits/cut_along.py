@@ -30,13 +30,21 @@ class CutAlong(NamedTuple):
         mean_torque: of the period, N m.
     """
 
-    force: Float[Array, "*lanes S e"]
-    torque: Float[Array, "*lanes S"]
-    chip_thickness: Float[Array, "*lanes S teeth"]
-    pulled: Float[Array, "*lanes teeth"]
-    surface_location_error: Float[Array, "*lanes teeth h"]
-    highest_torque: Float[Array, " *lanes"]
-    mean_torque: Float[Array, " *lanes"]
+    force: Float[AnyArray, "*lanes S e"]
+    torque: Float[AnyArray, "*lanes S"]
+    chip_thickness: Float[AnyArray, "*lanes S teeth"]
+    pulled: Float[AnyArray, "*lanes teeth"]
+    surface_location_error: Float[AnyArray, "*lanes teeth h"]
+    highest_torque: Float[AnyArray, " *lanes"]
+    mean_torque: Float[AnyArray, " *lanes"]
+
+
+class OverPeriod(NamedTuple):
+    """What of ``CutAlong`` a period has as a whole."""
+
+    pulled: Float[AnyArray, "*lanes teeth"]
+    highest_torque: Float[AnyArray, " *lanes"]
+    mean_torque: Float[AnyArray, " *lanes"]
 
 
 def toothed(process: Any) -> bool:
@@ -71,30 +79,49 @@ def cut_along(
         height: heights there as shares of the depth of cut, (h,).
         nodes: of each piece.
     """
-    r = system.output_size
-
-    def motion(phase: Float[AnyArray, " *S"]) -> Float[Array, "*S r"]:
-        return path.at(phase)[..., :r]
-
-    points, weights = gauss_nodes(len(points_between(nodes)))
-    start, length = jnp.asarray(path.start), jnp.asarray(path.length)
-    inside = start[:, None] + length[:, None] * points
-    beside = path.aside(phase)
-    work: AtWork = process.at_work(speed, gain, jnp.concatenate([inside.ravel(), beside]), motion)
-    over, sampled = _apart(work, inside.size)
-    weight = (length[:, None] * weights).ravel()
-    torque = over.torque.reshape(inside.shape)
-    # What nobody knows on a jump, which a piece of rounding stands on, is what is known on the longest one.
-    known = jnp.where((length > _NOTHING)[:, None], torque, torque[jnp.argmax(length)])
-    cut, pulled = (weight @ part for part in (over.chip + 2 * over.pulled, over.pulled))
-    passes, weights_of_y = process.left_standing(gain, height)
+    points = points_between(nodes)
+    inside, beside = _phases(path, points), path.aside(phase)
+    work: AtWork = process.at_work(speed, gain, jnp.concatenate([inside, beside]), path.at)
+    over, sampled = _apart(work, len(inside))
     return CutAlong(
         force=force_at(system, path, beside),
         torque=sampled.torque,
         chip_thickness=sampled.thickness,
+        surface_location_error=left_at(process, gain, at_walls, height),
+        **_summed(over, path, points)._asdict(),
+    )
+
+
+def over_period(process: Any, speed: Number, gain: Number, path: Path, points: np.ndarray) -> OverPeriod:
+    """What the cut of a process with teeth does in a period, by Gauss' points of each piece, from 0 to 1."""
+    return _summed(process.at_work(speed, gain, _phases(path, points), path.at), path, points)
+
+
+def left_at(
+    process: Any, gain: Number, at_walls: Float[Array, "teeth_h r"], height: Float[AnyArray, " h"]
+) -> Float[AnyArray, "teeth h"]:
+    """Material that each tooth leaves at heights of the wall, m, from y there, as ``cut_along`` is given it."""
+    passes, weights = process.left_standing(gain, height)
+    return (at_walls[:, : len(weights)] @ weights).reshape(jnp.shape(passes))
+
+
+def _phases(path: Path, points: np.ndarray) -> Float[AnyArray, " M_p"]:
+    """Points of every piece as phases."""
+    return (path.start[:, None] + path.length[:, None] * points).ravel()
+
+
+def _summed(over: AtWork, path: Path, points: np.ndarray) -> OverPeriod:
+    """What teeth do at Gauss' points of every piece, as what they do in the period."""
+    length = jnp.asarray(path.length)
+    weight = (length[:, None] * gauss_nodes(len(points))[1]).ravel()
+    torque = over.torque.reshape(len(length), -1)
+    # What nobody knows on a jump, which a piece of rounding stands on, is what is known on the longest one.
+    known = jnp.where((length > _NOTHING)[:, None], torque, torque[jnp.argmax(length)])
+    cut, pulled = (weight @ part for part in (over.chip + 2 * over.pulled, over.pulled))
+    terms = jnp.einsum("tp,mp->mt", _terms(points), known)
+    return OverPeriod(
         pulled=jnp.where(cut > 0, pulled / jnp.where(cut > 0, cut, 1.0), 0.0),
-        surface_location_error=left_at(at_walls, weights_of_y).reshape(jnp.shape(passes)),
-        highest_torque=highest_of(_terms(points) @ known[..., None])[0],
+        highest_torque=highest_of(terms[..., None])[0],
         mean_torque=weight @ over.torque,
     )
 
@@ -102,11 +129,6 @@ def cut_along(
 def _apart(work: AtWork, count: int) -> tuple[AtWork, AtWork]:
     """The first ``count`` phases, and the others."""
     return AtWork(*(part[:count] for part in work)), AtWork(*(part[count:] for part in work))
-
-
-def left_at(at_walls: Float[Array, "teeth_h r"], weights_of_y: Float[AnyArray, " q"]) -> Float[Array, " teeth_h"]:
-    """Material that is left, m, of y and the weights that a process gives its first numbers."""
-    return at_walls[:, : len(weights_of_y)] @ weights_of_y
 
 
 def force_at(system: DelaySystem, path: Path, phase: Float[AnyArray, " S"]) -> Float[Array, "S e"]:

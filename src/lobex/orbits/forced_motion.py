@@ -2,13 +2,13 @@
 
 from dataclasses import replace
 from functools import partial
-from operator import itemgetter
+from operator import attrgetter
 from typing import Any, NamedTuple, cast
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Real
+from jaxtyping import Array, Float, Int, Real
 
 from lobex import _checks
 from lobex._batches import in_batches, over_few, together
@@ -20,10 +20,9 @@ from lobex._warnings import SweepWarning, warn
 from lobex.grids.choice import AUTO, Auto
 from lobex.grids.evaluation import dominant_at_points
 from lobex.operators.duhamel import Duhamel
-from lobex.operators.estimate import sizes_of
-from lobex.operators.response import quickness, tail_bound
 from lobex.orbits.cut_along import CutAlong, cut_along, toothed, walls
-from lobex.orbits.periodic import Periodic, largest, periodic
+from lobex.orbits.periodic import periodic
+from lobex.orbits.refined import Seen, apart, judging, refined, seen, sizes_for
 from lobex.processes.declared import check_system
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_gain, check_process, check_speed, lanes_shape
@@ -33,12 +32,8 @@ from lobex.results.codes import OrbitStatus
 from lobex.results.cutting_orbit import CuttingOrbit
 from lobex.results.description import describe
 from lobex.results.orbit import Orbit
-from lobex.systems.forced import as_feedback
-from lobex.systems.mesh import mesh_of
 from lobex.systems.system import DelaySystem
 
-# Nodes per piece in turn: each size is judged by the one before it.
-_SIZES = (6, 9, 14, 21, 32, 48, 72, 108)
 # Of derivatives, where nothing tells before how many are needed.
 _TRACED = 20
 _SAMPLES = 257
@@ -91,31 +86,21 @@ def orbit(
             tolerance, and where a tooth leaves the cut, so that the linear motion is not that of the cut.
         LobexWarning: for numbers that can hardly be meant: speeds in rpm, damping in per cent, depths in mm.
     """
-    check_process(process)
-    spare_programs()
-    if not isinstance(method, Auto | Duhamel):
-        raise ValueError(f"method = {_checks.brief(method)} makes no orbit; give lobex.Duhamel() or leave it out")
-    check_speed(process, speed)
-    check_gain(process, gain)
     speed, gain = (_checks.as_array(value) for value in (speed, gain))
+    chosen = check_forced_motion(process, speed, gain, method)
     lanes = lanes_shape(speed, gain)
-    if 0 in lanes:
-        raise ValueError(f"speed and gain have no values, shape {lanes}; give at least one")
-    check_system(process, speed, gain)
-    warn_of_implausible(process, speed, gain)
     phases = _checks.as_numbers("phase", np.linspace(0, 1, _SAMPLES) if phase is None else phase)
     if phases is None or phases.ndim != 1 or not phases.size:
         raise ValueError(f"phase = {_checks.brief(phase)} must be a list of phases t/T")
-    heights = _heights(process, height)
-    chosen = Duhamel() if isinstance(method, Auto) else method
+    heights = heights_of(process, height)
     traced = _checks.is_traced((process, speed, gain))
     with timed() as spent:
         if traced:
-            parts = _traced(process, speed, gain, chosen, _Wanted(phases, heights))
+            parts = traced_motion(process, speed, gain, chosen, Wanted(phases, heights))
         else:
             with at_once():
                 speeds, gains = (np.broadcast_to(np.asarray(one, dtype=float), lanes).ravel() for one in (speed, gain))
-                parts = _settled(widened(process), speeds, gains, chosen, _Wanted(phases, heights))
+                parts = _settled(widened(process), speeds, gains, chosen, Wanted(phases, heights))
                 parts = {name: part.reshape((*lanes, *part.shape[1:])) for name, part in parts.items()}
     made, own = (CuttingOrbit, {"height": heights}) if toothed(process) else (Orbit, {})
     return made(
@@ -131,7 +116,23 @@ def orbit(
     )
 
 
-def _heights(process: Process, height: Any) -> np.ndarray:
+def check_forced_motion(process: Process, speed: Any, gain: Any, method: Any) -> Duhamel:
+    """What is checked of every call that asks for motions; the method to find them by."""
+    check_process(process)
+    spare_programs()
+    if not isinstance(method, Auto | Duhamel):
+        raise ValueError(f"method = {_checks.brief(method)} makes no orbit; give lobex.Duhamel() or leave it out")
+    check_speed(process, speed)
+    check_gain(process, gain)
+    lanes = lanes_shape(speed, gain)
+    if 0 in lanes:
+        raise ValueError(f"speed and gain have no values, shape {lanes}; give at least one")
+    check_system(process, speed, gain)
+    warn_of_implausible(process, speed, gain)
+    return Duhamel() if isinstance(method, Auto) else method
+
+
+def heights_of(process: Process, height: Any) -> np.ndarray:
     """Of the finished wall, as shares of the depth of cut; none where a process knows no teeth."""
     if not toothed(process):
         if height is not None:
@@ -146,25 +147,25 @@ def _heights(process: Process, height: Any) -> np.ndarray:
 
 
 class _Lanes(NamedTuple):
-    """Of every lane: what ``periodic`` finds, y at the walls included, what the cut does, if it is one of teeth, the
-    sizes of outputs, (r,), the largest displacement in them, and T.
+    """Of every lane: the motion, y at the walls included, what the cut does, if it is one of teeth, the dominant
+    multiplier, (2,), by how much that misses its equation, and T.
     """
 
-    found: Periodic
+    seen: Seen
     cut: CutAlong | None
-    sizes: Float[AnyArray, "*lanes r"]
-    largest: Float[AnyArray, " *lanes"]
+    multiplier: Float[AnyArray, "*lanes 2"]
+    residual: Float[AnyArray, " *lanes"]
     period: Float[AnyArray, " *lanes"]
 
 
-class _Wanted(NamedTuple):
+class Wanted(NamedTuple):
     """Phases t/T at which the motion is wanted, (S,), and heights of the finished wall, (h,)."""
 
     phase: Float[AnyArray, " S"]
     height: Float[AnyArray, " h"]
 
 
-def _lane(process: Process, method: Duhamel, wanted: _Wanted, speed: Number, gain: Number) -> _Lanes:
+def _lane(process: Process, method: Duhamel, wanted: Wanted, speed: Number, gain: Number) -> _Lanes:
     system = process.system(speed, gain)
     phases = jnp.concatenate([jnp.asarray(wanted.phase), walls(process, gain, wanted.height)])
     found, path = periodic(system, method, phases)
@@ -172,73 +173,53 @@ def _lane(process: Process, method: Duhamel, wanted: _Wanted, speed: Number, gai
     if toothed(process):
         at_walls, nodes = found.output[len(wanted.phase) :], method.count
         cut = cut_along(process, speed, gain, system, path, wanted.phase, at_walls, wanted.height, nodes)
-    return _Lanes(found, cut, sizes_of(system.outputs), largest(found, system), jnp.asarray(system.period))
+    motion = seen(system, found.output, found.lowest, found.highest, found.rounding)
+    return _Lanes(motion, cut, found.multiplier, found.residual, jnp.asarray(system.period))
 
 
 def _settled(
-    process: Process, speeds: np.ndarray, gains: np.ndarray, method: Duhamel, wanted: "_Wanted"
+    process: Process, speeds: np.ndarray, gains: np.ndarray, method: Duhamel, wanted: "Wanted"
 ) -> dict[str, Any]:
     """The fields of an ``Orbit`` by lane; call in the scope of float64."""
-    _check_forced(process.system(speeds[0], gains[0]))
-    lanes, error = np.arange(len(speeds)), np.full(len(speeds), np.inf)
+    check_forced(process.system(speeds[0], gains[0]))
 
-    def at(nodes: int) -> _Lanes:
+    def at(nodes: int, lanes: np.ndarray) -> _Lanes:
         several = 1 if len(lanes) < _BATCH else _BATCH
         evaluate = partial(_at_points, process, replace(method, nodes=nodes), wanted, together(several))
         return in_batches(evaluate, (speeds[lanes], gains[lanes]), several)
 
-    first, *others = _sizes(process, speeds, method)
-    known = at(first)
-    for nodes in others:
-        now = at(nodes)
-        error[lanes] = _error(now, jax.tree.map(itemgetter(lanes), known), np)
-        for target, part in zip(jax.tree.leaves(known), jax.tree.leaves(now), strict=True):
-            target[lanes] = part
-        lanes = np.flatnonzero(~(error <= method.tolerance) & np.isfinite(known.largest))
-        if not len(lanes):
-            break
-    radius = np.linalg.norm(known.found.multiplier, axis=-1)
-    unknown = np.flatnonzero(~(known.found.residual < _SETTLED))
+    sizes = sizes_for(process, np.min(speeds), method)
+    known, error = refined(at, attrgetter("seen"), sizes, method.tolerance, len(speeds))
+    radius = np.linalg.norm(known.multiplier, axis=-1)
+    unknown = np.flatnonzero(~(known.residual < _SETTLED))
     if len(unknown):
         again = dominant_at_points(process, speeds[unknown], gains[unknown], Duhamel(tolerance=method.tolerance))
         radius[unknown] = np.abs(again.multiplier)
     parts = _fields(known, radius, error, method.tolerance, wanted, np)
-    leaving = parts["status_code"] == OrbitStatus.TOOTH_LEAVES_THE_CUT
-    most = 100 * np.max(parts["pulled"], where=leaving[:, None], initial=0.0) if "pulled" in parts else 0.0
-    for code, words in (
-        (
-            OrbitStatus.TOOTH_LEAVES_THE_CUT,
-            f"have a tooth that leaves the cut, which for up to {most:.2g} % of its chip is pushed as if it pulled",
-        ),
-        (OrbitStatus.UNSTABLE, "are unstable: no motion comes to their orbit, which is NaN"),
-        (OrbitStatus.FAILED, "failed and are NaN"),
-        (OrbitStatus.ABOVE_TOLERANCE, f"have an estimated error above {method.tolerance:g}"),
-    ):
-        if count := int(np.sum(parts["status_code"] == code)):
-            warn(f"{count} of {len(speeds)} points {words}", SweepWarning)
+    warn_of(parts["status_code"], parts.get("pulled"), method.tolerance)
     return {"speed": speeds, "gain": gains, **parts}
 
 
 @in_float64
 @jax.jit
-def _traced(
+def traced_motion(
     process: Process,
     speed: Real[AnyArray, "..."],
     gain: Real[AnyArray, "..."],
     method: Duhamel,
-    wanted: _Wanted,
+    wanted: Wanted,
 ) -> dict[str, Any]:
     """The same for traced numbers."""
     nodes = method.nodes or _TRACED
 
     def point(speed: Real[Array, ""], gain: Real[Array, ""]) -> dict[str, Any]:
-        _check_forced(process.system(speed, gain))
+        check_forced(process.system(speed, gain))
         now = _lane(process, replace(method, nodes=nodes), wanted, speed, gain)
         still = jax.lax.stop_gradient((process, speed, gain))
-        finer = _lane(still[0], replace(method, nodes=_judging(nodes)), wanted, *still[1:])
-        radius = jnp.sqrt(jnp.sum(now.found.multiplier**2))
-        one, other = jax.tree.map(lambda part: part[None], (now, finer))
-        error = _error(one, other, jnp)[0]
+        finer = _lane(still[0], replace(method, nodes=judging(nodes)), wanted, *still[1:])
+        radius = jnp.sqrt(jnp.sum(now.multiplier**2))
+        one, other = jax.tree.map(lambda part: part[None], (now.seen, finer.seen))
+        error = apart(one, other, jnp)[0]
         return {"speed": speed, "gain": gain, **_fields(now, radius, error, method.tolerance, wanted, jnp)}
 
     return over_points(point, speed, gain)
@@ -248,7 +229,7 @@ def _traced(
 def _at_points(
     process: Process,
     method: Duhamel,
-    wanted: _Wanted,
+    wanted: Wanted,
     several: int,
     count: Number,
     speed: Float[AnyArray, " p"],
@@ -257,7 +238,7 @@ def _at_points(
     return over_few(partial(_lane, process, method, wanted), several, count, speed, gain)
 
 
-def _check_forced(system: DelaySystem) -> None:
+def check_forced(system: DelaySystem) -> None:
     if not system.forcing:
         raise ValueError(
             "process has no forcing, without which its only orbit is rest; give it one, such as feed_per_tooth of "
@@ -265,64 +246,68 @@ def _check_forced(system: DelaySystem) -> None:
         )
 
 
-def _sizes(process: Process, speeds: np.ndarray, method: Duhamel) -> tuple[int, ...]:
-    """The nodes to try in turn, the first to judge the second by: it follows every mode over the widest piece."""
-    if method.nodes is not None:
-        return _judging(method.nodes), method.nodes
-    closed = as_feedback(process.system(np.min(speeds), 0.0))
-    widest = float(np.max(mesh_of(closed).length))
-    turn = np.max(quickness(np.asarray(closed.blocks))) * float(closed.period) * widest / 2
-    enough = tail_bound(np.nan_to_num(turn), np.array(_SIZES[1:-1])) < np.sqrt(method.tolerance)
-    return _SIZES[int(np.argmax(enough)) if enough.any() else len(_SIZES) - 2 :]
-
-
-def _judging(nodes: int) -> int:
-    """More nodes, to judge some by."""
-    return nodes + max(nodes // 4, 2)
-
-
-def _error(now: _Lanes, before: _Lanes, lib: Any) -> Float[AnyArray, " p"]:
-    """By how much two sizes differ, with what rounding may add, relative to the largest displacement, by lane."""
-    sizes, largest = now.sizes[:, None], lib.maximum(now.largest, np.finfo(float).tiny)
-
-    def apart(name: str) -> Float[AnyArray, " p"]:
-        change = getattr(now.found, name) - getattr(before.found, name)
-        return lib.max(lib.abs(change.reshape(len(largest), -1, sizes.shape[-1])) / sizes, axis=(1, 2))
-
-    changes = [apart(name) for name in ("output", "lowest", "highest")]
-    return lib.max(lib.stack(changes), axis=0) / largest + now.found.rounding
-
-
 def _fields(
     lanes: _Lanes,
     radius: Float[AnyArray, " *lanes"],
     error: Float[AnyArray, " *lanes"],
     tolerance: float,
-    wanted: _Wanted,
+    wanted: Wanted,
     lib: Any,
 ) -> dict[str, Any]:
     """Those of an ``Orbit`` that are found; motions that nothing comes to are none."""
-    good = lib.where(error <= tolerance, int(OrbitStatus.GOOD), int(OrbitStatus.ABOVE_TOLERANCE))
-    if lanes.cut is not None:
-        leaves = (good == OrbitStatus.GOOD) & (lib.max(lanes.cut.pulled, axis=-1) > tolerance)
-        good = lib.where(leaves, int(OrbitStatus.TOOTH_LEAVES_THE_CUT), good)
-    status = lib.where(radius < 1, good, int(OrbitStatus.UNSTABLE))
-    status = lib.where(lib.isfinite(lanes.largest) & lib.isfinite(radius), status, int(OrbitStatus.FAILED))
+    pulled = None if lanes.cut is None else lib.max(lanes.cut.pulled, axis=-1)
+    status = status_of(lanes.seen.largest, radius, error, pulled, tolerance, lib)
     told = (status != OrbitStatus.UNSTABLE) & (status != OrbitStatus.FAILED)
 
     def where_told(part: Float[AnyArray, "..."]) -> Float[AnyArray, "..."]:
         return lib.where(told.reshape(told.shape + (1,) * (part.ndim - told.ndim)), part, lib.nan)
 
     motion = {
-        "displacement": lanes.found.output[..., : len(wanted.phase), :],
-        "lowest": lanes.found.lowest,
-        "highest": lanes.found.highest,
+        "displacement": lanes.seen.output[..., : len(wanted.phase), :],
+        "lowest": lanes.seen.lowest,
+        "highest": lanes.seen.highest,
         "error": error,
         **({} if lanes.cut is None else lanes.cut._asdict()),
     }
     return {
         "period": lanes.period,
         "spectral_radius": radius,
-        "status_code": status.astype("int8"),
+        "status_code": status,
         **{name: where_told(part) for name, part in motion.items()},
     }
+
+
+def status_of(
+    largest: Float[AnyArray, " *lanes"],
+    radius: Float[AnyArray, " *lanes"],
+    error: Float[AnyArray, " *lanes"],
+    pulled: Float[AnyArray, " *lanes"] | None,
+    tolerance: float,
+    lib: Any,
+) -> Int[AnyArray, " *lanes"]:
+    """What became of motions, of several things the worst: of their largest displacement, the radius of the motion
+    about them, their error, and the share of a chip at which a tooth is pulled."""
+    good = lib.where(error <= tolerance, int(OrbitStatus.GOOD), int(OrbitStatus.ABOVE_TOLERANCE))
+    if pulled is not None:
+        leaves = (good == OrbitStatus.GOOD) & (pulled > tolerance)
+        good = lib.where(leaves, int(OrbitStatus.TOOTH_LEAVES_THE_CUT), good)
+    status = lib.where(radius < 1, good, int(OrbitStatus.UNSTABLE))
+    known = lib.isfinite(largest) & lib.isfinite(radius)
+    return lib.where(known, status, int(OrbitStatus.FAILED)).astype("int8")
+
+
+def warn_of(status: np.ndarray, pulled: np.ndarray | None, tolerance: float, *known: OrbitStatus) -> None:
+    """Warn of motions by their status, of each in one line, less of what is ``known``."""
+    leaving = status == OrbitStatus.TOOTH_LEAVES_THE_CUT
+    most = 100 * np.max(pulled[leaving]) if pulled is not None and leaving.any() else 0.0
+    for code, words in (
+        (
+            OrbitStatus.TOOTH_LEAVES_THE_CUT,
+            f"have a tooth that leaves the cut, which for up to {most:.2g} % of its chip is pushed as if it pulled",
+        ),
+        (OrbitStatus.UNSTABLE, "are unstable: no motion comes to their orbit, which is NaN"),
+        (OrbitStatus.FAILED, "failed and are NaN"),
+        (OrbitStatus.ABOVE_TOLERANCE, f"have an estimated error above {tolerance:g}"),
+    ):
+        if code not in known and (count := int(np.sum(status == code))):
+            warn(f"{count} of {status.size} points {words}", SweepWarning)

@@ -13,7 +13,6 @@ from lobex.floquet import power
 from lobex.operators.chebyshev import chebyshev_points, chebyshev_polynomials
 from lobex.operators.duhamel import Duhamel
 from lobex.operators.elimination import pivoted_inverse
-from lobex.operators.estimate import sizes_of
 from lobex.operators.prepared import Prepared
 from lobex.systems.forced import as_feedback
 from lobex.systems.mesh import mesh_of
@@ -97,40 +96,50 @@ def periodic(system: DelaySystem, method: Duhamel, phase: Float[AnyArray, " S"])
     closed = as_feedback(system)
     prepared = method.prepare(closed)
     respond = method.respond(prepared, closed, pivoted_inverse)
-    shift, push = affine_map(method.assemble(prepared, respond), system)
+    shift, held, rounding = repeating(system, method.assemble(prepared, respond))
+    path = followed(system, method, prepared, respond, held)
+    terms = path.terms[..., : system.output_size]
+    pair = power.pair_by_squaring(jax.lax.stop_gradient(shift), _SQUARINGS)
+    found = Periodic(
+        output=path.at(phase)[..., : system.output_size],
+        lowest=-highest_of(-terms),
+        highest=highest_of(terms),
+        multiplier=pair.value,
+        residual=power.residual(shift, pair),
+        rounding=rounding,
+    )
+    return found, path
+
+
+def repeating(
+    system: DelaySystem, matrix: Float[Array, "L L"]
+) -> tuple[Float[Array, "N N"], Float[Array, " L"], Float[Array, ""]]:
+    """From the map of ``as_feedback``, (L, L): U, the state that repeats with the 1 in it, (L,), and what rounding
+    leaves unknown of it, relative to its largest displacement.
+    """
+    shift, push = affine_map(matrix, system)
     size, d, s = len(push), system.state_size, np.shape(system.blocks)[1]
     # One more right side tells how much (I − U)⁻¹ makes of rounding.
     noise = jnp.asarray(np.random.default_rng(3).standard_normal(size) / np.sqrt(size), dtype=push.dtype)
     fixed, amplified = jnp.linalg.solve(jnp.eye(size, dtype=push.dtype) - shift, jnp.stack([push, noise], axis=1)).T
     held = jnp.concatenate([fixed[:d], jnp.eye(1, s, dtype=push.dtype)[0], fixed[d:]])
-    path = _followed(method, prepared, respond, system, held)
-    terms = path.terms[..., : system.output_size]
-    lowest, highest = -highest_of(-terms), highest_of(terms)
-    pair = power.pair_by_squaring(jax.lax.stop_gradient(shift), _SQUARINGS)
-    found = Periodic(
-        output=path.at(phase)[..., : system.output_size],
-        lowest=lowest,
-        highest=highest,
-        multiplier=pair.value,
-        residual=power.residual(shift, pair),
-        rounding=jnp.finfo(push.dtype).eps * jnp.sqrt(jnp.sum(amplified**2) * size),
-    )
-    return found, path
+    return shift, held, jnp.finfo(push.dtype).eps * jnp.sqrt(jnp.sum(amplified**2) * size)
 
 
-def _followed(method: Duhamel, prepared: Prepared, respond: Any, system: DelaySystem, held: Any) -> Path:
-    """The motion of ``system`` over the period after the state ``held`` of what it is as feedback."""
+def followed(
+    system: DelaySystem,
+    method: Duhamel,
+    prepared: Prepared,
+    respond: Float[Array, "M qe L"],
+    held: Float[Array, " L"],
+) -> Path:
+    """The motion of a system over the period after a state, from what ``method`` makes of it as feedback."""
     closed, r = as_feedback(system), system.output_size
     if system.remembered is not None:
         closed = replace(closed, outputs=jnp.concatenate([closed.outputs, closed.recalled], axis=1))
     terms, mesh = method.path(prepared, respond, closed, held), mesh_of(closed)
     # Without the output that is 1 at all times.
     return Path(jnp.concatenate([terms[..., :r], terms[..., r + 1 :]], axis=-1), mesh.start, mesh.length)
-
-
-def largest(found: Periodic, system: DelaySystem) -> Float[Array, ""]:
-    """The largest displacement of all outputs, each in units of its own size."""
-    return jnp.max(jnp.maximum(-found.lowest, found.highest) / sizes_of(system.outputs))
 
 
 def highest_of(terms: Float[AnyArray, "M terms r"]) -> Float[Array, " r"]:

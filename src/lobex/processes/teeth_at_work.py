@@ -113,7 +113,9 @@ class WorkingEdges:
         if self.narrowing is not None:
             lag = lag - self.alike / _TURN * self.narrowing[:, None] * height
         now = motion(phase)[:, None, None, None]
-        before = motion(phase[:, None, None, None] - lag)
+        # A period ago the motion was the same.
+        whole = self.narrowing is None and jnp.shape(self.share) == (1,)
+        before = now if whole else motion(phase[:, None, None, None] - lag)
         sine, cosine = jnp.sin(angle), jnp.cos(angle)
 
         def inwards(output: Any, first: int) -> Any:

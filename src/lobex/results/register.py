@@ -10,6 +10,7 @@ from lobex.results.fields import read
 from lobex.results.limit import Limit
 from lobex.results.march import March
 from lobex.results.orbit import Orbit
+from lobex.results.orbit_map import CuttingMap, OrbitMap
 from lobex.results.result import Result
 from lobex.results.sensitivities import Sensitivities
 from lobex.results.spectrum_map import SpectrumMap
@@ -17,7 +18,8 @@ from lobex.results.stored import Stored
 from lobex.results.wear_map import WearMap
 
 _KINDS: tuple[type[Result], ...] = (
-    *(Chart, Limit, WearMap, SpectrumMap, Boundary, Sensitivities, March, Orbit, CuttingOrbit, Cut),
+    *(Chart, Limit, WearMap, SpectrumMap, Boundary, Sensitivities, March, Cut),
+    *(Orbit, CuttingOrbit, OrbitMap, CuttingMap),
 )
 _BY_FORM = {kind.form: kind for kind in _KINDS}
 

@@ -1,0 +1,242 @@
+"""``orbits``: what the periodic motion does over a grid of speeds and gains, where it is stable."""
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from functools import partial
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from lobex import _checks
+from lobex._batches import over_few, together
+from lobex._devices import on_device, workers
+from lobex._float64 import at_once, widened
+from lobex._shapes import AnyArray, Number
+from lobex._timing import carried, timed
+from lobex.grids.choice import AUTO, Auto, chosen_method
+from lobex.grids.evaluation import dominant_over_grid
+from lobex.operators.duhamel import Duhamel
+from lobex.operators.elimination import inverse
+from lobex.operators.response import gauss_nodes
+from lobex.orbits.cut_along import OverPeriod, left_at, over_period, toothed, walls
+from lobex.orbits.forced_motion import (
+    Wanted,
+    check_forced,
+    check_forced_motion,
+    heights_of,
+    status_of,
+    traced_motion,
+    warn_of,
+)
+from lobex.orbits.periodic import followed, highest_of, repeating
+from lobex.orbits.refined import Seen, refined, seen, sizes_for
+from lobex.processes.process import Process
+from lobex.processes.quantity import quantity_of
+from lobex.results.codes import OrbitStatus
+from lobex.results.description import describe
+from lobex.results.orbit_map import CuttingMap, OrbitMap
+from lobex.systems.forced import as_feedback
+
+# Gains at a speed that share what depends on the speed alone, speeds with as many of one call, and of them those that
+# are computed side by side, which stay in a core's cache.
+_COLUMNS, _ROWS, _TOGETHER = 16, 8, 2
+
+
+def orbits(process: Process, speed: Any, gain: Any, method: Duhamel | Auto = AUTO, *, height: Any = None) -> OrbitMap:
+    """What the periodic motion of a forced process does over a grid of speeds and gains, where it is stable.
+
+    Stability is that of a chart, to its tolerance; the motion is that of ``orbit``, of which the extremes are kept,
+    the wall that teeth leave, and torque and power. Differentiable as ``orbit`` is.
+
+    Args:
+        process: a process with a forcing, such as ``Milling(…, feed_per_tooth=1e-4)``.
+        speed: speeds in Hz (revolutions per second), increasing, (n,).
+        gain: gains, increasing, (m,).
+        method: as of ``orbit``.
+        height: as of ``orbit``: heights of the finished wall that its location error is taken over.
+
+    Returns:
+        An ``OrbitMap``, a ``CuttingMap`` of a process with teeth, NaN where it is unstable or failed.
+
+    Raises:
+        ValueError: as ``orbit``, and for speeds and gains that do not increase.
+
+    Warns:
+        SweepWarning: as ``orbit``, but for unstable points, of which a map has many.
+        LobexWarning: for numbers that can hardly be meant: speeds in rpm, damping in per cent, depths in mm.
+    """
+    traced = _checks.is_traced((process, speed, gain))
+    speeds, gains = (
+        jnp.ravel(_checks.as_array(part)) if _checks.is_traced(part) else _checks.grid(name, part, unit)
+        for name, part, unit in (("speed", speed, "Hz"), ("gain", gain, ""))
+    )
+    chosen = check_forced_motion(process, speeds[:, None], gains, method)
+    wanted = Wanted(np.zeros(1), heights_of(process, height))
+    with timed() as spent:
+        if traced:
+            parts = _of_orbit(traced_motion(process, speeds[:, None], gains, chosen, wanted), speeds)
+        else:
+            with at_once():
+                parts = _over_grid(widened(process), speeds, gains, chosen, wanted)
+    made = CuttingMap if toothed(process) else OrbitMap
+    return made(
+        **parts,
+        speed=speeds,
+        gain=gains,
+        quantity=quantity_of(process),
+        speed_unit=process.speed_unit,
+        process={"type": type(process).__name__} if traced else describe(process),
+        method=describe(chosen),
+        seconds=spent.seconds,
+        compiling=spent.compiling,
+    )
+
+
+class _Cells(NamedTuple):
+    """Of every point: the motion, y at the walls alone being asked for, what is left there, and what the period asks of
+    the spindle; of a process without teeth no more than the motion.
+    """
+
+    seen: Seen
+    left: Float[AnyArray, "*lanes teeth h"] | None
+    over: OverPeriod | None
+
+
+def _over_grid(
+    process: Process, speeds: np.ndarray, gains: np.ndarray, method: Duhamel, wanted: Wanted
+) -> dict[str, Any]:
+    """The fields of an ``OrbitMap``; call in the scope of float64."""
+    check_forced(process.system(speeds[0], gains[0]))
+    operator = chosen_method(Duhamel(tolerance=method.tolerance) if toothed(process) else AUTO, process, speeds[0])
+    radius = np.abs(dominant_over_grid(process, speeds, gains, operator, progress=False).multiplier)
+    row, column = np.nonzero(radius < 1)
+
+    def at(nodes: int, lanes: np.ndarray) -> _Cells:
+        return _at_cells(process, replace(method, nodes=nodes), wanted.height, speeds, gains, row[lanes], column[lanes])
+
+    def put(part: np.ndarray) -> np.ndarray:
+        whole = np.full((*radius.shape, *part.shape[1:]), np.nan)
+        whole[row, column] = part
+        return whole
+
+    if not len(row):
+        row, column = np.zeros((2, 1), dtype=int)
+    sizes = sizes_for(process, np.min(speeds), method)
+    known, error = refined(at, lambda found: found.seen, sizes, method.tolerance, len(row))
+    pulled = None if known.over is None else np.max(known.over.pulled, axis=-1)
+    status = np.full(radius.shape, OrbitStatus.UNSTABLE, dtype=np.int8)
+    status[~np.isfinite(radius)] = OrbitStatus.FAILED
+    status[row, column] = status_of(known.seen.largest, radius[row, column], error, pulled, method.tolerance, np)
+    told = np.isin(status, (OrbitStatus.UNSTABLE, OrbitStatus.FAILED), invert=True)[row, column]
+    parts = {
+        "peak": np.maximum(-known.seen.lowest, known.seen.highest),
+        "error": error,
+        **_of_cut(known.left, known.over, speeds[row], np),
+    }
+    warn_of(status, put(pulled) if pulled is not None else None, method.tolerance, OrbitStatus.UNSTABLE)
+    found = {
+        name: put(np.where(told.reshape(-1, *[1] * (part.ndim - 1)), part, np.nan)) for name, part in parts.items()
+    }
+    return {"spectral_radius": radius, "status_code": status, **found}
+
+
+def _of_cut(left: Any, over: Any, speed: Any, lib: Any) -> dict[str, Any]:
+    """Those fields of a ``CuttingMap``, by lane."""
+    if left is None:
+        return {}
+    walls = left.reshape(*left.shape[:-2], -1)
+    furthest = lib.argmax(lib.abs(walls), axis=-1)
+    return {
+        "location_error": lib.take_along_axis(walls, furthest[..., None], axis=-1)[..., 0],
+        "mean_power": 2 * np.pi * speed * over.mean_torque,
+        "highest_torque": over.highest_torque,
+        "pulled": lib.max(over.pulled, axis=-1),
+    }
+
+
+def _of_orbit(parts: dict[str, Any], speeds: Float[AnyArray, " n"]) -> dict[str, Any]:
+    """The same from the fields of an ``Orbit`` over the grid, traced."""
+    names = "spectral_radius", "error", "status_code"
+    found = {name: parts[name] for name in names}
+    found["peak"] = jnp.maximum(-parts["lowest"], parts["highest"])
+    if "pulled" not in parts:
+        return found
+    over = OverPeriod(*(parts[name] for name in OverPeriod._fields))
+    return found | _of_cut(parts["surface_location_error"], over, speeds[:, None], jnp)
+
+
+def _at_cells(
+    process: Process,
+    method: Duhamel,
+    height: np.ndarray,
+    speeds: np.ndarray,
+    gains: np.ndarray,
+    row: np.ndarray,
+    column: np.ndarray,
+) -> _Cells:
+    """At the points (speeds[row], gains[column]), those of a speed a few at a time, on every core."""
+    # Points of a speed in turn, which are filled up with the last of them.
+    order = np.lexsort((column, row))
+    place = np.arange(len(row)) - np.searchsorted(row[order], row[order])
+    first = np.flatnonzero(place % _COLUMNS == 0)
+    count = np.diff(np.r_[first, len(row)])
+    index = first[:, None] + np.minimum(np.arange(_COLUMNS), count[:, None] - 1)
+    own_speed, own_gain = speeds[row[order][first]], gains[column[order][index]]
+
+    def work(begin: int) -> Any:
+        here = (begin + np.arange(_ROWS)) % len(first)
+        with on_device(begin // _ROWS):
+            number = min(_ROWS, len(first) - begin)
+            found = _at_rows(
+                process, method, height, together(_ROWS, _TOGETHER), number, own_speed[here], own_gain[here]
+            )
+            return jax.tree.map(lambda part: np.asarray(part)[:number], found)
+
+    # The first alone, so that nothing is compiled twice.
+    parts = [work(0)]
+    with ThreadPoolExecutor(workers()) as pool:
+        parts += pool.map(carried(work), range(_ROWS, len(first), _ROWS))
+    filled = (np.arange(_COLUMNS) < count[:, None]).ravel()
+    back = np.empty_like(order)
+    back[order] = np.arange(len(order))
+
+    def lanes(*part: np.ndarray) -> np.ndarray:
+        whole = np.concatenate(part)
+        return whole.reshape(-1, *whole.shape[2:])[filled][back]
+
+    return jax.tree.map(lanes, *parts)
+
+
+@partial(jax.jit, static_argnames="several")
+def _at_rows(
+    process: Process,
+    method: Duhamel,
+    height: Float[AnyArray, " h"],
+    several: int,
+    count: Number,
+    speed: Float[AnyArray, " rows"],
+    gain: Float[AnyArray, "rows columns"],
+) -> _Cells:
+    points = gauss_nodes(method.count)[0]
+
+    def at_speed(speed: Float[Array, ""], gain: Float[Array, " columns"]) -> _Cells:
+        return jax.vmap(partial(at_point, speed))(gain)
+
+    def at_point(speed: Float[Array, ""], gain: Float[Array, ""]) -> _Cells:
+        system = process.system(speed, gain)
+        closed = as_feedback(system)
+        prepared = method.prepare(closed)
+        respond = method.respond(prepared, closed, inverse)
+        _, held, rounding = repeating(system, method.assemble(prepared, respond))
+        path, r = followed(system, method, prepared, respond, held), system.output_size
+        at_walls = path.at(walls(process, gain, height))[:, :r]
+        terms = path.terms[..., :r]
+        motion = seen(system, at_walls, -highest_of(-terms), highest_of(terms), rounding)
+        if not toothed(process):
+            return _Cells(motion, None, None)
+        return _Cells(motion, left_at(process, gain, at_walls, height), over_period(process, speed, gain, path, points))
+
+    return over_few(at_speed, several, count, speed, gain)
