@@ -148,6 +148,49 @@ def cutting_map() -> lobex.CuttingMap:
     return lobex.CuttingMap(**known, **dict.fromkeys(names, known["peak"][..., 1]))
 
 
+def recommendation() -> lobex.Recommendation:
+    """Two cuts of four speeds."""
+    two = np.array([2.0, 1.0])
+    return lobex.Recommendation(
+        speed=50 * two,
+        depth=1e-3 * two,
+        removal_rate=1e-6 * two,
+        stability_margin=np.array([0.1, np.nan]),
+        mean_power=100 * two,
+        highest_torque=two,
+        location_error=-1e-6 * two,
+        binding_code=np.array([0, 3], dtype=np.int8),
+        status_code=np.array([0, 4], dtype=np.int8),
+        scanned_speed=np.arange(4.0) + 50,
+        scanned_depth=np.array([1e-3, 2e-3, np.nan, 1e-3]),
+        scanned_binding_code=np.array([0, 1, 2, 4], dtype=np.int8),
+        power=300.0,
+        torque=np.inf,
+        location_error_limit=1e-5,
+        margin=0.1,
+        **_SAID,
+    )
+
+
+def next_speeds() -> lobex.NextSpeeds:
+    """Two speeds, one of them without a limit."""
+    return lobex.NextSpeeds(
+        lobe=np.array([2.0, 1.0]),
+        speed=np.array([50.0, 100.0]),
+        limit=np.array([np.nan, 1e-3]),
+        status_code=np.array([1, 0], dtype=np.int8),
+        chatter_frequency=200.0,
+        teeth=2,
+        quantity=DEPTH_OF_CUT,
+        speed_unit="rpm",
+    )
+
+
+def comparison() -> lobex.Comparison:
+    """Two cuts over the chart."""
+    return chart().compare([(55.0, 1.5e5, 1), (51.0, 1.2e5, 0)])
+
+
 def cut() -> lobex.Cut:
     """Two lanes of three samples."""
     samples = np.arange(6.0).reshape(2, 3) * 1e-6
@@ -231,6 +274,9 @@ RESULTS: dict[str, Any] = {
     "cutting orbit": cutting_orbit,
     "orbit map": orbit_map,
     "cutting map": cutting_map,
+    "recommendation": recommendation,
+    "next speeds": next_speeds,
+    "comparison": comparison,
     "wear map": wear_map,
     "spectrum": spectrum,
     "study": study,

@@ -61,6 +61,12 @@ CLAIMS = {
             n["motion"].surface_location_error[1, :, 0] * 1e6, [3.406082376, 4.897075414, 2.257490222, -1.014699838]
         )
     ),
+    "advice.md": lambda n: (
+        n["advice"].power_margin.min() > 0.1 - 1e-6
+        and np.nanmin(n["advice"].location_error_margin) > 0.1 - 1e-6
+        and (n["score"].hits, n["score"].misses) == (3, 1)
+        and n["found"].speed[0] == pytest.approx(545 / 4)
+    ),
     "limits.md": lambda n: np.array_equal(n["searched"].status == "found", np.isfinite(n["searched"].gain)),
     "boundary.md": lambda n: len(n["traced"]) > 0 and n["traced"].residual < 1e-8,
     "jax.md": lambda n: n["value"] == pytest.approx(920209.5963) and np.all(np.diff(n["gains"]) > 0),

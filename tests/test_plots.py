@@ -17,6 +17,10 @@ ONE = {
     "cut": lambda ax: small.cut().plot(ax),
     "wear map": lambda ax: small.wear_map().plot(ax),
     "spectrum": lambda ax: small.spectrum().plot(ax),
+    "orbit map": lambda ax: small.orbit_map().plot(ax),
+    "wall": lambda ax: small.cutting_orbit().plot_wall(ax),
+    "recommendation": lambda ax: small.recommendation().plot(ax),
+    "comparison": lambda ax: small.comparison().plot(ax),
     "campbell": lambda ax: lobex.campbell(small.MODES, ax=ax),
 }
 POLAR = {

@@ -19,7 +19,7 @@ from lobex.results.stored import Stored
 from small_results import RESULTS
 
 ALONE = [name for name in RESULTS if not name.startswith("study")]
-WITHOUT_TABLE = {"wear map", "study of wear"}
+WITHOUT_TABLE = {"wear map", "study of wear", "recommendation"}
 
 
 @pytest.fixture(scope="module")

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from lobex._warnings import LobexWarning, SweepWarning
+    from lobex.advice.best_cuts import recommend
+    from lobex.advice.next_try import next_speed
     from lobex.characteristic.method import CharacteristicRoots
     from lobex.contact.casing import Casing
     from lobex.contact.laws import Cubic, Linear, Plastic, Power, Threshold
@@ -40,12 +42,15 @@ if TYPE_CHECKING:
     from lobex.results.band import Band
     from lobex.results.boundary import Boundary
     from lobex.results.chart import Chart
+    from lobex.results.comparison import Comparison
     from lobex.results.cut import Cut
     from lobex.results.cutting_orbit import CuttingOrbit
     from lobex.results.limit import Limit
     from lobex.results.march import March
+    from lobex.results.next_speeds import NextSpeeds
     from lobex.results.orbit import Orbit
     from lobex.results.orbit_map import CuttingMap, OrbitMap
+    from lobex.results.recommendation import Recommendation
     from lobex.results.sensitivities import Sensitivities
     from lobex.results.spectrum_map import SpectrumMap, critical_speeds
     from lobex.results.wear_map import WearMap
@@ -69,6 +74,7 @@ _HOME = {
     "CharacteristicRoots": "characteristic.method",
     "Chart": "results.chart",
     "Chebyshev": "operators.chebyshev",
+    "Comparison": "results.comparison",
     "Cubic": "contact.laws",
     "Cut": "results.cut",
     "Cutter": "processes.cutter",
@@ -86,12 +92,14 @@ _HOME = {
     "Milling": "processes.milling",
     "Modes": "structures.modes",
     "ModesOverSpeed": "structures.modes_over_speed",
+    "NextSpeeds": "results.next_speeds",
     "Orbit": "results.orbit",
     "OrbitMap": "results.orbit_map",
     "Plastic": "contact.laws",
     "Power": "contact.laws",
     "ProcessDamping": "processes.process_damping",
     "Receptance": "limits.receptance",
+    "Recommendation": "results.recommendation",
     "Rod": "structures.rod",
     "Rub": "processes.regenerative",
     "Scalar": "processes.canonical",
@@ -117,9 +125,11 @@ _HOME = {
     "march_wear": "studies.wear_marches",
     "monodromy": "verbs",
     "multipliers": "verbs",
+    "next_speed": "advice.next_try",
     "orbit": "orbits.forced_motion",
     "read_tool": "processes.tool_file",
     "orbits": "orbits.over_grid",
+    "recommend": "advice.best_cuts",
     "sensitivities": "limits.sensitivity",
     "simulate_turning": "marches.turning",
     "spectral_radius": "verbs",
@@ -134,6 +144,7 @@ __all__ = [
     "CharacteristicRoots",
     "Chart",
     "Chebyshev",
+    "Comparison",
     "Cubic",
     "Cut",
     "Cutter",
@@ -151,12 +162,14 @@ __all__ = [
     "Milling",
     "Modes",
     "ModesOverSpeed",
+    "NextSpeeds",
     "Orbit",
     "OrbitMap",
     "Plastic",
     "Power",
     "ProcessDamping",
     "Receptance",
+    "Recommendation",
     "Rod",
     "Rub",
     "Scalar",
@@ -183,9 +196,11 @@ __all__ = [
     "march_wear",
     "monodromy",
     "multipliers",
+    "next_speed",
     "orbit",
     "read_tool",
     "orbits",
+    "recommend",
     "sensitivities",
     "simulate_turning",
     "spectral_radius",

@@ -39,8 +39,8 @@ _TRACED = 20
 _SAMPLES = 257
 # Of the depth of cut, heights at which helical edges are told of.
 _HEIGHTS = 9
-# Points of one call, where there are as many.
-_BATCH = 16
+BATCH = 16
+"""Points of one call, where there are as many."""
 # A residual of the dominant multiplier above which it is sought by what charts have.
 _SETTLED = 1e-9
 
@@ -183,8 +183,10 @@ def _settled(
     """The fields of an ``Orbit`` by lane; call in the scope of float64."""
     check_forced(process.system(speeds[0], gains[0]))
 
+    # The same for all sizes, of which the last may be asked for by few.
+    several = 1 if len(speeds) < BATCH else BATCH
+
     def at(nodes: int, lanes: np.ndarray) -> _Lanes:
-        several = 1 if len(lanes) < _BATCH else _BATCH
         evaluate = partial(_at_points, process, replace(method, nodes=nodes), wanted, together(several))
         return in_batches(evaluate, (speeds[lanes], gains[lanes]), several)
 

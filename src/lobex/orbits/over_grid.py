@@ -69,10 +69,7 @@ def orbits(process: Process, speed: Any, gain: Any, method: Duhamel | Auto = AUT
         LobexWarning: for numbers that can hardly be meant: speeds in rpm, damping in per cent, depths in mm.
     """
     traced = _checks.is_traced((process, speed, gain))
-    speeds, gains = (
-        jnp.ravel(_checks.as_array(part)) if _checks.is_traced(part) else _checks.grid(name, part, unit)
-        for name, part, unit in (("speed", speed, "Hz"), ("gain", gain, ""))
-    )
+    speeds, gains = _axis("speed", speed, "Hz"), _axis("gain", gain, "")
     chosen = check_forced_motion(process, speeds[:, None], gains, method)
     wanted = Wanted(np.zeros(1), heights_of(process, height))
     with timed() as spent:
@@ -93,6 +90,12 @@ def orbits(process: Process, speed: Any, gain: Any, method: Duhamel | Auto = AUT
         seconds=spent.seconds,
         compiling=spent.compiling,
     )
+
+
+def _axis(name: str, values: Any, unit: str) -> Any:
+    """Numbers that increase, or that JAX traces, in one row."""
+    values = _checks.as_array(values)
+    return jnp.ravel(values) if _checks.is_traced(values) else _checks.grid(name, values, unit)
 
 
 class _Cells(NamedTuple):
@@ -171,7 +174,7 @@ def _of_orbit(parts: dict[str, Any], speeds: Float[AnyArray, " n"]) -> dict[str,
 def _at_cells(
     process: Process,
     method: Duhamel,
-    height: np.ndarray,
+    height: Float[AnyArray, " h"],
     speeds: np.ndarray,
     gains: np.ndarray,
     row: np.ndarray,

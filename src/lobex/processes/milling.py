@@ -310,6 +310,19 @@ class Milling:
             pushed += [Framed(-unit, one, np.ones((1, 1))) for one in edges]
         return [Forcing(Following(one)) for one in pushed]
 
+    def removal_rate(self, speed: Any, gain: Any) -> Any:
+        """Volume cut per time, m³/s: axial and radial depth of cut times the feed speed, of speeds (revolutions per
+        second) and depths (m) that broadcast.
+
+        Raises:
+            ValueError: of a process without a feed, or a cutter without a diameter.
+        """
+        for name, value in (("feed_per_tooth", self.feed_per_tooth), ("diameter", self.cutter.diameter)):
+            if value is None:
+                raise ValueError(f"{name} = None where a removal rate is asked for; give it in m")
+        feed: Any = self.feed_per_tooth
+        return self.radial_immersion * self.cutter.diameter * gain * feed * self.teeth * speed
+
     def at_work(self, speed: Number, gain: Number, phase: Float[AnyArray, " k"], motion: Motion) -> AtWork:
         """What the teeth do at phases t/T, (k,), along a motion of period T, as ``teeth_at_work.Toothed`` asks."""
         friction, radius = 0.0, None if self.cutter.diameter is None else self.cutter.diameter / 2

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from lobex.results.boundary import Boundary
+    from lobex.results.comparison import Comparison
 
 # Gains, at least, of the finer grid that is asked for.
 _FINER = 65
@@ -107,6 +108,21 @@ class Chart(OfProcess, form="lobex chart 4"):
             share = np.where(np.isneginf(below), 1.0, -below / (above - below))
             low, high = self.gain[np.maximum(first - 1, 0)], self.gain[first]
             return np.where(found, low + share * (high - low), np.nan)
+
+    def compare(self, cuts: Any) -> "Comparison":
+        """What the chart says of cuts that were made: hits, misses, and on which side it erred.
+
+        max|μ| at a cut is linear in its logarithm between the points of the chart, so good to the grid.
+
+        Args:
+            cuts: rows of speed in Hz, gain in ``quantity.unit``, and 1 where the cut chattered or 0, (k, 3).
+
+        Raises:
+            ValueError: for anything but such rows, and where all of them lie outside the chart.
+        """
+        from lobex.results.comparison import compared
+
+        return compared(self, cuts)
 
     def plot(
         self, ax: "Axes | None" = None, speed_unit: str | None = None, *, boundary: "Boundary | None" = None

@@ -39,6 +39,26 @@ class OrbitStatus(Code):
     TOOTH_LEAVES_THE_CUT = 4
 
 
+class Binding(Code):
+    """What keeps a depth of cut from being larger."""
+
+    STABILITY = 0
+    POWER = 1
+    TORQUE = 2
+    LOCATION_ERROR = 3
+    RANGE = 4
+
+
+class Outcome(Code):
+    """What a model said of a cut that was made."""
+
+    QUIET_AS_SAID = 0
+    CHATTER_AS_SAID = 1
+    CHATTER_BELOW_THE_LIMIT = 2
+    QUIET_ABOVE_THE_LIMIT = 3
+    OUTSIDE_THE_CHART = 4
+
+
 class Status(Code):
     """What became of the search at one speed."""
 

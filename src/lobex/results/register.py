@@ -4,13 +4,16 @@ import xarray
 
 from lobex.results.boundary import Boundary
 from lobex.results.chart import Chart
+from lobex.results.comparison import Comparison
 from lobex.results.cut import Cut
 from lobex.results.cutting_orbit import CuttingOrbit
 from lobex.results.fields import read
 from lobex.results.limit import Limit
 from lobex.results.march import March
+from lobex.results.next_speeds import NextSpeeds
 from lobex.results.orbit import Orbit
 from lobex.results.orbit_map import CuttingMap, OrbitMap
+from lobex.results.recommendation import Recommendation
 from lobex.results.result import Result
 from lobex.results.sensitivities import Sensitivities
 from lobex.results.spectrum_map import SpectrumMap
@@ -19,7 +22,7 @@ from lobex.results.wear_map import WearMap
 
 _KINDS: tuple[type[Result], ...] = (
     *(Chart, Limit, WearMap, SpectrumMap, Boundary, Sensitivities, March, Cut),
-    *(Orbit, CuttingOrbit, OrbitMap, CuttingMap),
+    *(Orbit, CuttingOrbit, OrbitMap, CuttingMap, Recommendation, NextSpeeds, Comparison),
 )
 _BY_FORM = {kind.form: kind for kind in _KINDS}
 

@@ -1,0 +1,1 @@
+"""Advice: which speeds and depths to take, and what measured cuts say of a model."""
