@@ -92,8 +92,7 @@ def recommend(
         SweepWarning: where a tooth leaves the cut in one of the cuts, or its motion is not as exact as asked.
     """
     check_process(process)
-    if not isinstance(process, Toothed) or not callable(getattr(process, "removal_rate", None)):
-        raise ValueError(f"process = {_checks.brief(process)} removes nothing; give one with teeth, lobex.Milling(…)")
+    _check_removes(process)
     _checks.untraced("recommend", process=process, speed=speed, depth=depth)
     speeds, depths = (_range(name, part, unit) for name, part, unit in (("speed", speed, "Hz"), ("depth", depth, "m")))
     check_speed(process, speeds)
@@ -175,6 +174,17 @@ def recommend(
         seconds=spent.seconds,
         compiling=spent.compiling,
     )
+
+
+def _check_removes(process: Any) -> None:
+    """Require teeth of which it is known what they do, and what says how much they remove."""
+    if not isinstance(process, Toothed) or not callable(getattr(process, "removal_rate", None)):
+        raise ValueError(f"process = {_checks.brief(process)} removes nothing; give one with teeth, lobex.Milling(…)")
+    if not process.tells_of_teeth:
+        raise ValueError(
+            f"process = {_checks.brief(process)} does not tell what its teeth do; give a cylindrical cutter about its "
+            "own axis, a steady speed and modes along x and y"
+        )
 
 
 def _range(name: str, value: Any, unit: str) -> np.ndarray:

@@ -49,7 +49,7 @@ class OverPeriod(NamedTuple):
 
 def toothed(process: Any) -> bool:
     """Whether a process knows the teeth that cut."""
-    return isinstance(process, Toothed)
+    return isinstance(process, Toothed) and process.tells_of_teeth
 
 
 def walls(process: Any, gain: Number, height: Float[AnyArray, " h"]) -> Float[Array, " teeth_h"]:

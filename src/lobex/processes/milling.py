@@ -196,6 +196,13 @@ class Milling:
         return self.cutter.helix is None
 
     @property
+    def tells_of_teeth(self) -> bool:
+        """Whether ``at_work`` knows what they do: of a cylinder that turns about its own axis at a steady speed."""
+        cutter = self.cutter
+        cylinder = not cutter.shaped and cutter.discs is None and cutter.offset is None
+        return cylinder and self.speed_variation is None and self.modes.directions < 3
+
+    @property
     def passes(self) -> int:
         """Tooth passes per revolution."""
         return self.teeth
@@ -321,7 +328,13 @@ class Milling:
             if value is None:
                 raise ValueError(f"{name} = None where a removal rate is asked for; give it in m")
         feed: Any = self.feed_per_tooth
-        return self.radial_immersion * self.cutter.diameter * gain * feed * self.teeth * speed
+        diameter: Any = self.cutter.diameter
+        width = self.radial_immersion
+        if width is None:
+            entry, exit_ = self.engagement
+            lib = namespace(entry, exit_)
+            width = (lib.cos(entry) - lib.cos(exit_)) / 2
+        return width * diameter * gain * feed * self.teeth * speed
 
     def at_work(self, speed: Number, gain: Number, phase: Float[AnyArray, " k"], motion: Motion) -> AtWork:
         """What the teeth do at phases t/T, (k,), along a motion of period T, as ``teeth_at_work.Toothed`` asks."""
@@ -329,8 +342,9 @@ class Milling:
         if self.process_damping is not None:
             # What acts is the velocity over the first angular frequency.
             per_speed = self.process_damping.per_speed(self.cutter.diameter, speed)
-            friction = self.process_damping.friction * per_speed * self.modes.angular_frequency[0]
-        return at_work(self._edges(gain).in_cut(phase, motion), self.tangential, friction, radius)
+            friction = self.process_damping.friction * per_speed * self.modes.at(speed).angular_frequency[0]
+        edge = 0.0 if self.edge is None else self.edge[0]
+        return at_work(self._edges(gain).in_cut(phase, motion), self.tangential, edge, friction, radius)
 
     def left_standing(
         self, gain: Number, height: Float[AnyArray, " h"]
@@ -345,7 +359,7 @@ class Milling:
     def _edges(self, depth: Number) -> WorkingEdges:
         """The teeth of a period, as what they cut along a motion is made of."""
         cutter, count = self.cutter, self.teeth // self.cutter.alike
-        entry, exit_ = cutting_angles(self.radial_immersion, self.direction)
+        entry, exit_ = self.engagement
         twist = None if cutter.twist is None else jnp.broadcast_to(cutter.twist, (count,))
         return WorkingEdges(
             depth,

@@ -47,6 +47,11 @@ class Toothed(Protocol):
         ...
 
     @property
+    def tells_of_teeth(self) -> bool:
+        """Whether it can say what they do: else its orbit is a motion alone."""
+        ...
+
+    @property
     def straight(self) -> bool:
         """Whether what it leaves is the same at every height."""
         ...
@@ -175,17 +180,18 @@ class InCut(NamedTuple):
         return jnp.tile(jnp.sum(values.reshape(len(values), times, -1), axis=1), (1, times))
 
 
-def at_work(found: InCut, tangential: Number, friction: Number, radius: Number | None) -> AtWork:
+def at_work(found: InCut, tangential: Number, edge: Number, friction: Number, radius: Number | None) -> AtWork:
     """What teeth do, of the parts of their edges in the cut.
 
     Args:
         found: these parts.
         tangential: specific cutting force K_t, N/m².
+        edge: the force of the edge along it, N/m.
         friction: of the flank, N/m² per unit of ``InCut.rate``.
         radius: of the cutter, m.
     """
     chip, length = found.along(found.thickness), found.along(jnp.ones_like(found.thickness))
-    force = jnp.sum(tangential * chip + friction * found.along(found.rate), axis=1)
+    force = jnp.sum(tangential * chip + edge * length + friction * found.along(found.rate), axis=1)
     inside = length > 0
     return AtWork(
         thickness=jnp.where(inside, chip / jnp.where(inside, length, 1.0), 0.0),
