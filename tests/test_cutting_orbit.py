@@ -248,3 +248,33 @@ def test_bad_input_is_one_line(changed, message):
     with pytest.raises(ValueError, match=message) as caught:
         lobex.orbit(**given)
     assert "\n" not in str(caught.value)
+
+
+def test_edges_ask_for_torque_whatever_the_chip_and_angles_say_where():
+    angles, edge = np.deg2rad([30.0, 100.0]), np.array([2e4, 1e4, 0.0])
+    cutter = lobex.Cutter.end_mill(2 * RADIUS, teeth=4)
+    plain = lobex.Milling(PLANE, cutter, KT, KN, feed_per_tooth=FEED, angles=angles)
+    edged = replace(plain, edge=edge)
+    phase = np.array([0.1, 0.25, 0.7, 0.95])
+    with jax.enable_x64(True):
+        torque = [
+            np.asarray(process.at_work(SPEED, DEEP, phase, lambda at: jnp.zeros((*jnp.shape(at), 2))).torque)
+            for process in (plain, edged)
+        ]
+    tips = np.mod(np.pi / 2 * (phase[:, None] + np.arange(4)), 2 * np.pi)
+    engaged = (tips > angles[0]) & (tips < angles[1])
+    assert {0, 1} == set(engaged.sum(axis=1))
+    chip = RADIUS * KT * DEEP * FEED * np.sum(engaged * np.sin(tips), axis=1)
+    np.testing.assert_allclose(torque[0], chip, rtol=1e-12)
+    np.testing.assert_allclose(torque[1] - torque[0], RADIUS * edge[0] * DEEP * engaged.sum(axis=1), rtol=1e-9)
+    width = 2 * RADIUS * (np.cos(angles[0]) - np.cos(angles[1])) / 2
+    assert edged.removal_rate(SPEED, DEEP) == pytest.approx(width * DEEP * FEED * 4 * SPEED, rel=1e-14)
+
+
+def test_of_teeth_that_are_not_known_the_motion_alone_is_told():
+    cutter = lobex.Cutter.ball(2 * RADIUS, teeth=2)
+    ball = lobex.Milling(PLANE, cutter, KT, KN, IMMERSION, feed_per_tooth=FEED)
+    varied = replace(EVEN, speed_variation=lobex.SpeedVariation(0.1, 0.5))
+    assert not any(process.tells_of_teeth for process in (ball, varied))
+    with pytest.raises(ValueError, match="does not tell what its teeth do"):
+        lobex.recommend(ball, (50.0, 60.0), (1e-4, 1e-3))
