@@ -217,6 +217,11 @@ class Cutter:
         return self._until_alike(np.full(self.teeth, TURN / self.teeth) if self.pitch is None else self.pitch)
 
     @property
+    def shares(self) -> Float[Any, " alike"]:
+        """The same in periods, which are the angle after which the teeth repeat."""
+        return self.pattern * (self.alike / TURN)
+
+    @property
     def steps(self) -> Float[Any, " alike"]:
         """Until the teeth repeat, what the radius of each has above that of the tooth ahead, m."""
         runout = self._until_alike(self.runout)

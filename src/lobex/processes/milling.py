@@ -1,8 +1,7 @@
 """Milling in one or two directions, (3.24)-(3.29), with any pitch and helix."""
 
-from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import jax
 import jax.numpy as jnp
@@ -10,59 +9,31 @@ import numpy as np
 from jaxtyping import Array, Float, Real
 
 from lobex import _checks
-from lobex._float64 import at_once, in_float64
+from lobex._float64 import in_float64
 from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray, Number
-from lobex.processes.cutter import TURN, Cutter, as_cutter
+from lobex.processes.cutter import Cutter, as_cutter
 from lobex.processes.cutting_force import CuttingForce, of_force
-from lobex.processes.disc_teeth import DiscTeeth
-from lobex.processes.edge_points import EdgeDelay, EdgePoint, doubt_of_points, edge_points, radians_along
-from lobex.processes.engagement import arc_of, cutting_angles, parts_of
+from lobex.processes.edge_points import doubt_of_points, radians_along
+from lobex.processes.engagement import arc_of, cutting_angles
 from lobex.processes.feed import with_feed
-from lobex.processes.orbiting import OrbitingAxis
+from lobex.processes.layout import UNKNOWN, Layout, layout_of
 from lobex.processes.process import check_point
 from lobex.processes.process_damping import ProcessDamping, check_damping, with_damping
-from lobex.processes.profiled_teeth import ProfiledTeeth
 from lobex.processes.quantity import DEPTH_OF_CUT, SPEED_UNITS, Quantity
-from lobex.processes.specific_force import CHIP, EDGE, STEP
 from lobex.processes.speed_variation import SpeedVariation, check_variation
-from lobex.processes.teeth import WHOLE, HelicalTeeth, Parts, StraightTeeth
-from lobex.processes.teeth_at_work import AtWork, Motion, WorkingEdges, at_work
+from lobex.processes.teeth import WHOLE
+from lobex.processes.teeth_at_work import AtWork, Motion, at_work, working_edges
+from lobex.processes.tooth import standing, teeth_of
 from lobex.structures.modes import Modes, check_modes
 from lobex.structures.modes_over_speed import ModesOverSpeed
-from lobex.systems.coefficients import Following, Framed
-from lobex.systems.delays import Share, WholePeriod
-from lobex.systems.mesh import places_by_angle, places_that_matter
-from lobex.systems.system import DelaySystem, Places, modal_system
-from lobex.systems.terms import Forcing, Regenerative, Term
-
-Edges = StraightTeeth | HelicalTeeth | ProfiledTeeth | DiscTeeth
+from lobex.systems.coefficients import Following
+from lobex.systems.system import DelaySystem, modal_system
 
 # How far inside full immersion derivatives by it are taken: a power of 2, so that 1 − a is exact.
 _INSIDE = 2.0**-40
 _MOST_HEIGHTS = 64
-
-
-class Layout(NamedTuple):
-    """What is known of a period before tracing.
-
-    Attributes:
-        parts: of a straight tooth's, in the cut or idle.
-        shortest, longest: delay, in periods.
-        places: where pieces end, as ``mesh.places_that_matter`` says.
-        repeats, cycles: how often the teeth repeat, and in how many variations of the speed, until both come back.
-    """
-
-    parts: Parts | None = None
-    shortest: float = 0.0
-    longest: float = 1.0
-    places: Places | None = None
-    repeats: int = 1
-    cycles: int = 1
-
-
-_UNKNOWN = Layout()
 
 
 @pytree(static=("direction", "layout", "speed_unit", "heights"))
@@ -116,7 +87,7 @@ class Milling:
     normal: Number
     radial_immersion: Number | None
     direction: str = "down"
-    layout: Layout = _UNKNOWN
+    layout: Layout = UNKNOWN
     speed_unit: str = "rpm"
     feed_per_tooth: Number | None = None
     heights: int = 6
@@ -136,7 +107,7 @@ class Milling:
         normal: Any = None,
         radial_immersion: Any = None,
         direction: str = "down",
-        layout: Layout = _UNKNOWN,
+        layout: Layout = UNKNOWN,
         speed_unit: str = "rpm",
         feed_per_tooth: Number | None = None,
         heights: int = 6,
@@ -183,7 +154,7 @@ class Milling:
         object.__setattr__(self, "heights", _checks.integer("heights", heights, 1, _MOST_HEIGHTS))
         object.__setattr__(self, "cutter", as_cutter(teeth if cutter is None else cutter))
         arc = _check(self)
-        object.__setattr__(self, "layout", layout if arc is None else self._layout(arc))
+        object.__setattr__(self, "layout", layout if arc is None else layout_of(self, arc))
 
     @property
     def teeth(self) -> int:
@@ -253,39 +224,13 @@ class Milling:
         immersion: Any = self.radial_immersion
         return cutting_angles(immersion, self.direction)
 
-    def _layout(self, arc: float) -> Layout:
-        """What is known of a period, at a known arc of the cut."""
-        alike, varied = self.cutter.alike, self.speed_variation
-        straight = self.cutter.helix is None and self.cutter.discs is None
-        layout = Layout(parts_of(arc, alike) if straight else None)
-        if varied is not None:
-            layout = layout._replace(**dict(zip(("repeats", "cycles"), varied.passes(alike), strict=True)))
-        known = not _checks.is_traced(self.cutter.pitch) and self.cutter.one_helix
-        bounds = (float(np.min(self._shares())), float(np.max(self._shares()))) if known else (0.0, 1.0)
-        if varied is not None:
-            bounds = tuple(bound / layout.repeats for bound in varied.delay_range(*bounds))
-        layout = layout._replace(shortest=bounds[0], longest=bounds[1])
-        steady = varied is None and (not straight or alike == self.teeth)
-        if not known or steady or _checks.is_traced((self.tangential, self.normal, self.modes, varied)):
-            return layout
-        object.__setattr__(self, "layout", layout)
-        with at_once():
-            system = self.system(_some_speed(self.modes), 1.0)
-            # With a helix they move with the depth.
-            places = places_that_matter(system) if straight else places_by_angle(system, layout.repeats)
-            return layout._replace(places=places)
-
-    def _shares(self) -> Float[Any, " alike"]:
-        """Pitch angles of the teeth of a period, in periods."""
-        return self.cutter.pattern * (self.cutter.alike / TURN)
-
     @in_float64
     def system(self, speed: Number, gain: Number) -> DelaySystem:
         """The delay system at one spindle speed (revolutions per second) and one depth of cut (m)."""
         check_point(self, speed, gain)
-        teeth = list(self._teeth(gain))
+        teeth = list(teeth_of(self, gain))
         cuts = [term for tooth in teeth for term in (*tooth.cuts(), *tooth.steps())]
-        cuts += self._standing(teeth)
+        cuts += standing(self, teeth)
         layout, varied = self.layout, self.speed_variation
         known = {"longest": layout.longest, "shortest": layout.shortest, "places": layout.places}
         turns = layout.repeats, layout.cycles
@@ -299,23 +244,6 @@ class Milling:
         flank = {"tangential": self.process_damping.friction * per_speed, "normal": per_speed, "axial": None}
         rubbing: Any = [Following(replace(tooth.force, **flank)) for tooth in teeth]
         return with_damping(system, rubbing if varied is None else [varied.per_pace(one, *turns) for one in rubbing])
-
-    def _standing(self, teeth: list["_Tooth"]) -> list[Forcing]:
-        """What pushes whatever the feed: an axis of the teeth that is off, and edges."""
-        pushed: list[Any] = []
-        if self.cutter.offset is not None:
-            angle = 0.0 if self.cutter.offset_angle is None else self.cutter.offset_angle
-            share = 1 / self.teeth
-            pushed += [
-                OrbitingAxis(tooth.force, self.cutter.offset, angle, share if tooth.share is None else tooth.share)
-                for tooth in teeth
-            ]
-        if self.edge is not None:
-            names = dict(zip(("tangential", "normal", "axial"), self.edge, strict=True))
-            edges = [replace(tooth.force, law=EDGE, **names) for tooth in teeth]
-            unit = np.eye(self.modes.directions)
-            pushed += [Framed(-unit, one, np.ones((1, 1))) for one in edges]
-        return [Forcing(Following(one)) for one in pushed]
 
     def removal_rate(self, speed: Any, gain: Any) -> Any:
         """Volume cut per time, m³/s: axial and radial depth of cut times the feed speed, of speeds (revolutions per
@@ -344,7 +272,7 @@ class Milling:
             per_speed = self.process_damping.per_speed(self.cutter.diameter, speed)
             friction = self.process_damping.friction * per_speed * self.modes.at(speed).angular_frequency[0]
         edge = 0.0 if self.edge is None else self.edge[0]
-        return at_work(self._edges(gain).in_cut(phase, motion), self.tangential, edge, friction, radius)
+        return at_work(working_edges(self, gain).in_cut(phase, motion), self.tangential, edge, friction, radius)
 
     def left_standing(
         self, gain: Number, height: Float[AnyArray, " h"]
@@ -354,116 +282,7 @@ class Milling:
         have one direction."""
         angle, side = (np.pi, 1.0) if self.direction == "down" else (0.0, -1.0)
         wall = [np.nan] if self.modes.directions == 1 else [0.0, side]
-        return self._edges(gain).passes(angle, height), np.array(wall)
-
-    def _edges(self, depth: Number) -> WorkingEdges:
-        """The teeth of a period, as what they cut along a motion is made of."""
-        cutter, count = self.cutter, self.teeth // self.cutter.alike
-        entry, exit_ = self.engagement
-        twist = None if cutter.twist is None else jnp.broadcast_to(cutter.twist, (count,))
-        return WorkingEdges(
-            depth,
-            entry,
-            exit_,
-            jnp.asarray(self._shares()),
-            twist,
-            None if cutter.one_helix or twist is None else jnp.roll(twist, -1) - twist,
-            0.0 if self.feed_per_tooth is None else count * self.feed_per_tooth,
-            jnp.zeros(count) if cutter.runout is None else cutter.steps,
-            cutter.alike,
-            self.modes.directions,
-            self.heights,
-        )
-
-    def _teeth(self, depth: Number) -> Iterator["_Tooth"]:
-        """The teeth of a period."""
-        cutter, layout = self.cutter, self.layout
-        entry, exit_ = self.engagement
-        if layout.parts == WHOLE and _checks.is_traced(self.radial_immersion):
-            entry = _no_derivative(entry, self.radial_immersion)
-
-        def force(before: Number | None, twist: Number | None) -> Edges:
-            numbers = depth, self.tangential, self.normal, self.axial, None, entry, exit_, before
-            sizes = cutter.alike, self.modes.directions, CHIP
-            if cutter.discs is not None:
-                return DiscTeeth(*numbers, *sizes, cutter.discs)
-            if cutter.shaped:
-                lead = np.pi / 2 if cutter.lead is None else cutter.lead
-                return ProfiledTeeth(*numbers, *sizes, cutter.corner_radius, lead, twist, layout.parts)
-            return (
-                StraightTeeth(*numbers, *sizes, layout.parts)
-                if twist is None
-                else HelicalTeeth(*numbers, *sizes, twist)
-            )
-
-        count = self.teeth // cutter.alike
-        twist: Any = cutter.twist
-        steps = [None] * count if cutter.runout is None else cutter.steps
-        if count == 1:
-            yield _Tooth(force(None, twist if cutter.one_helix else twist[0]), steps[0])
-            return
-        shares = self._shares()
-        before = namespace(shares).cumsum(shares) - shares
-        for number, (share, step) in enumerate(zip(shares, steps, strict=True)):
-            if cutter.one_helix:
-                yield _Tooth(force(before[number], twist), step, share)
-                continue
-            edge: Any = force(before[number], twist[number])
-            narrowing = twist[(number + 1) % count] - twist[number]
-            yield _Tooth(edge, step, share, tuple(edge_points(edge, TURN * share, narrowing, self.heights)))
-
-
-class _Tooth(NamedTuple):
-    """What a tooth of the period does.
-
-    Attributes:
-        force: of its edge.
-        step: what its radius has above that of the tooth ahead, m; None without runout.
-        share: its pitch angle, in periods; None where that is the period.
-        points: of an edge along which the delay changes, each with its own.
-    """
-
-    force: Edges
-    step: Number | None
-    share: Number | None = None
-    points: tuple[tuple[EdgePoint, EdgeDelay], ...] = ()
-
-    def cuts(self) -> list[Term]:
-        """What it meets."""
-        if self.points:
-            # The points of an edge enter and leave together.
-            (first, since), *others = self.points
-            rest: list[Term] = [Regenerative(Following(point), delay) for point, delay in others]
-            return [Regenerative(first, since), *rest]
-        return [Regenerative(self.force, WholePeriod() if self.share is None else Share(self.share))]
-
-    def steps(self) -> list[Term]:
-        """What its step gives to cut."""
-        return [] if self.step is None else [_step_force(self.force, self.step)]
-
-
-def _some_speed(modes: Modes | ModesOverSpeed) -> Number:
-    """A speed, Hz, at which there are modes."""
-    return modes.speed[0] if isinstance(modes, ModesOverSpeed) else 1.0
-
-
-def _step_force(teeth: Edges, step: Number) -> Forcing:
-    """−b Σ (K_t t + K_n n) step, of a chip that is thicker by a step."""
-    pushed: Any = Framed(-np.eye(teeth.directions), Following(replace(teeth, law=STEP)), step * np.ones((1, 1)))
-    return Forcing(pushed)
-
-
-@jax.custom_jvp
-def _no_derivative(angle: Number, immersion: Number) -> Float[Array, ""]:
-    """An angle whose derivative by the immersion is no number, where what follows would make a wrong one of it."""
-    return jnp.asarray(angle, dtype=jnp.result_type(float))
-
-
-@_no_derivative.defjvp
-def _(
-    primals: tuple[Float[Array, ""], Float[Array, ""]], tangents: tuple[Float[Array, ""], Float[Array, ""]]
-) -> tuple[Float[Array, ""], Float[Array, ""]]:
-    return _no_derivative(*primals), jnp.nan * tangents[1]
+        return working_edges(self, gain).passes(angle, height), np.array(wall)
 
 
 def _check(process: Milling) -> float | None:

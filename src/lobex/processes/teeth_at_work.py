@@ -156,6 +156,26 @@ class WorkingEdges:
         return jnp.tile(jnp.mod(phase, 1.0), (self.alike, 1))
 
 
+def working_edges(process: Any, depth: Number) -> WorkingEdges:
+    """The teeth of a period of milling, as what they cut along a motion is made of."""
+    cutter, count = process.cutter, process.teeth // process.cutter.alike
+    entry, exit_ = process.engagement
+    twist = None if cutter.twist is None else jnp.broadcast_to(cutter.twist, (count,))
+    return WorkingEdges(
+        depth,
+        entry,
+        exit_,
+        jnp.asarray(cutter.shares),
+        twist,
+        None if cutter.one_helix or twist is None else jnp.roll(twist, -1) - twist,
+        0.0 if process.feed_per_tooth is None else count * process.feed_per_tooth,
+        jnp.zeros(count) if cutter.runout is None else cutter.steps,
+        cutter.alike,
+        process.modes.directions,
+        process.heights,
+    )
+
+
 class InCut(NamedTuple):
     """Points of edges in the cut, p of each of the teeth that are alike and follow one another.
 

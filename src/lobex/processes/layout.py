@@ -1,0 +1,64 @@
+"""What is known of a period of milling before tracing: where pieces end, and how far back delays reach."""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from lobex import _checks
+from lobex._float64 import at_once
+from lobex._shapes import Number
+from lobex.processes.engagement import parts_of
+from lobex.processes.teeth import Parts
+from lobex.structures.modes import Modes
+from lobex.structures.modes_over_speed import ModesOverSpeed
+from lobex.systems.mesh import places_by_angle, places_that_matter
+from lobex.systems.system import Places
+
+
+class Layout(NamedTuple):
+    """What is known of a period before tracing.
+
+    Attributes:
+        parts: of a straight tooth's, in the cut or idle.
+        shortest, longest: delay, in periods.
+        places: where pieces end, as ``mesh.places_that_matter`` says.
+        repeats, cycles: how often the teeth repeat, and in how many variations of the speed, until both come back.
+    """
+
+    parts: Parts | None = None
+    shortest: float = 0.0
+    longest: float = 1.0
+    places: Places | None = None
+    repeats: int = 1
+    cycles: int = 1
+
+
+UNKNOWN = Layout()
+
+
+def layout_of(process: Any, arc: float) -> Layout:
+    """What is known of a milling process' period, at a known arc of the cut, rad."""
+    alike, varied = process.cutter.alike, process.speed_variation
+    straight = process.cutter.helix is None and process.cutter.discs is None
+    layout = Layout(parts_of(arc, alike) if straight else None)
+    if varied is not None:
+        layout = layout._replace(**dict(zip(("repeats", "cycles"), varied.passes(alike), strict=True)))
+    known = not _checks.is_traced(process.cutter.pitch) and process.cutter.one_helix
+    bounds = (float(np.min(process.cutter.shares)), float(np.max(process.cutter.shares))) if known else (0.0, 1.0)
+    if varied is not None:
+        bounds = tuple(bound / layout.repeats for bound in varied.delay_range(*bounds))
+    layout = layout._replace(shortest=bounds[0], longest=bounds[1])
+    steady = varied is None and (not straight or alike == process.teeth)
+    if not known or steady or _checks.is_traced((process.tangential, process.normal, process.modes, varied)):
+        return layout
+    object.__setattr__(process, "layout", layout)
+    with at_once():
+        system = process.system(_some_speed(process.modes), 1.0)
+        # With a helix they move with the depth.
+        places = places_that_matter(system) if straight else places_by_angle(system, layout.repeats)
+        return layout._replace(places=places)
+
+
+def _some_speed(modes: Modes | ModesOverSpeed) -> Number:
+    """A speed, Hz, at which there are modes."""
+    return modes.speed[0] if isinstance(modes, ModesOverSpeed) else 1.0
