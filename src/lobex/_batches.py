@@ -1,9 +1,11 @@
 """A compiled function over many points, in batches of one size, so that it is compiled once, on every core."""
 
-from collections.abc import Callable
+from collections import defaultdict
+from collections.abc import Callable, Hashable
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from typing import Any
+from threading import Lock
+from typing import Any, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -14,6 +16,28 @@ from lobex._timing import carried
 
 # Of points that are computed together on a core: these stay in its cache.
 _TOGETHER = 16
+
+Result = TypeVar("Result")
+
+
+class FirstAlone:
+    """Calls from several threads that share compiled programs by kind: the first of each kind is made alone, since side
+    by side every one of them would compile.
+    """
+
+    def __init__(self) -> None:
+        self._locks: defaultdict[Hashable, Lock] = defaultdict(Lock)
+        self._made: set[Hashable] = set()
+
+    def call(self, kind: Hashable, function: Callable[[], Result]) -> Result:
+        """``function()``."""
+        if kind not in self._made:
+            with self._locks[kind]:
+                if kind not in self._made:
+                    result = function()
+                    self._made.add(kind)
+                    return result
+        return function()
 
 
 def in_batches(function: Callable[..., Any], arrays: tuple[np.ndarray, ...], size: int = 64) -> Any:

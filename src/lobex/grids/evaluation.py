@@ -2,6 +2,7 @@
 
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
+from itertools import chain
 from typing import Any
 
 import jax
@@ -68,7 +69,9 @@ def dominant_over_grid(
         tqdm(total=multiplier.size, unit="pt", unit_scale=True, disable=not progress, leave=False) as bar,
         ThreadPoolExecutor(workers()) as pool,
     ):
-        for part, results in pool.map(carried(work), range(len(starts))):
+        # The first alone, so that nothing is compiled twice.
+        parts = chain([work(0)], pool.map(carried(work), range(1, len(starts))))
+        for part, results in parts:
             for target, values in zip((multiplier, frequency, residual), results, strict=True):
                 target[part] = values
             bar.update(results[0].size)

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Array, Float, Inexact, Int
 from tqdm import tqdm
 
-from lobex._batches import over_few, together
+from lobex._batches import FirstAlone, over_few, together
 from lobex._devices import on_device, workers
 from lobex._shapes import AnyArray, Number
 from lobex._timing import carried
@@ -83,6 +83,7 @@ class _Refinement:
         self.followed = np.max if every_mode else np.min
         self.sizes: tuple[int, ...] = ()
         self.in_flight = 0
+        self.programs = FirstAlone()
 
     def run(self, speeds: np.ndarray, row: np.ndarray, gain: np.ndarray, progress: bool) -> Dominant:
         """Compute all points, slab by slab of speeds, on every core."""
@@ -101,7 +102,7 @@ class _Refinement:
         def work(number: int) -> tuple[np.ndarray, _Slab]:
             mine = order[edges[number] : edges[number + 1]]
             here = slice(first[number], first[number + 1])
-            slab = _Slab(self, speeds[here], row[mine] - here.start, gain[mine])
+            slab = _Slab(self, speeds[here], row[mine] - here.start, gain[mine], number)
             with on_device(number):
                 slab.run(start[row[mine]], last[row[mine]])
             return mine, slab
@@ -182,8 +183,12 @@ def _shares(speeds: int) -> np.ndarray:
 class _Slab:
     """Points of a few speeds, and what is known about each: results, defect, and the size that they have."""
 
-    def __init__(self, whole: _Refinement, speeds: np.ndarray, row: np.ndarray, gain: np.ndarray) -> None:
+    def __init__(
+        self, whole: _Refinement, speeds: np.ndarray, row: np.ndarray, gain: np.ndarray, number: int = 0
+    ) -> None:
         self.whole, self.speeds, self.row, self.gain = whole, speeds, row, gain
+        # Each device has programs of its own.
+        self.device = number % len(jax.local_devices())
         self.multiplier = np.full(len(row), np.nan, dtype=np.complex128)
         self.frequency, self.error, self.rounding, self.defect = (np.full(len(row), np.nan) for _ in range(4))
         self.size = np.zeros(len(row), dtype=int)
@@ -216,7 +221,8 @@ class _Slab:
         # each number of them is compiled for itself.
         small = mesh.pieces * method.size(system) <= _SMALL
         many = SPEEDS if small else 2 ** int(np.ceil(np.log2(len(self.speeds))))
-        prepared = prepared_at(
+        prepare = partial(
+            prepared_at,
             self.whole.process,
             method,
             np.resize(self.speeds, many),
@@ -225,6 +231,7 @@ class _Slab:
             self.whole.traits,
             self.whole.in_flight,
         )
+        prepared = self.whole.programs.call((self.device, method.nodes, many), prepare)
         for effort in _EFFORTS_AFTER_LONG if mesh.pieces >= _LONG * mesh.history else _EFFORTS:
             self.densely[points] = effort == 0
             self.evaluate(prepared, points, method, effort)
@@ -242,7 +249,8 @@ class _Slab:
             part = points[begin : begin + size]
             filled = np.resize(part, size)
             row = self.row[filled]
-            results = _with_errors(
+            compute = partial(
+                _with_errors,
                 self.whole.process,
                 prepared,
                 row,
@@ -254,6 +262,7 @@ class _Slab:
                 densely,
                 several,
             )
+            results = self.whole.programs.call((self.device, method.nodes, densely, size), compute)
             for target, result in zip(targets, results, strict=True):
                 target[part] = np.asarray(result)[: len(part)]
 

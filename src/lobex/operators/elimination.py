@@ -60,6 +60,8 @@ def _by_halves(matrices: jax.Array, half: int) -> jax.Array:
     return jnp.concatenate([jnp.concatenate(row, axis=2) for row in rows], axis=1)
 
 
+# Halves of a size are traced once.
+@jax.jit
 def _eliminated(matrices: jax.Array) -> jax.Array:
     """By Gauss-Jordan elimination, two columns a step: half as many passes over the batch as one by one."""
     size = jnp.shape(matrices)[-1]

@@ -101,13 +101,17 @@ def prepare(system: DelaySystem, nodes: int, in_flight: int) -> Prepared:
 
     def past(order: Int[Array, " H"]) -> Float[Array, "H+1 d N"]:
         """z at the start of every piece of the past, and now, (H + 1, d, N)."""
-        states = [jnp.eye(d, size, dtype=through.dtype)]
-        for slot in range(history):
-            column = d + slot * width
-            pushed = jnp.pad(push[order[slot]], ((0, 0), (column, size - column - width)))
-            passed = through[order[slot]]
-            states.append((jnp.pad(passed, ((0, 0), (0, size - d))) if slot == 0 else passed @ states[-1]) + pushed)
-        return jnp.stack(states)
+        first = jnp.eye(d, size, dtype=through.dtype)
+
+        def over(
+            state: Float[Array, "d N"], piece: tuple[Float[Array, "d d"], Float[Array, "d qe"], Int[Array, ""]]
+        ) -> tuple[Float[Array, "d N"], Float[Array, "d N"]]:
+            passed, pushed, column = piece
+            state = jax.lax.dynamic_update_slice_in_dim(passed @ state, pushed, column, axis=1)
+            return state, state
+
+        pieces = through[order], push[order], jnp.asarray(d + width * np.arange(history))
+        return jnp.concatenate([first[None], jax.lax.scan(over, first, pieces)[1]])
 
     states = jax.vmap(past)(jnp.asarray(before))
     now = states[:, -1]

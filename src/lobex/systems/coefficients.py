@@ -196,12 +196,16 @@ def gauss_nodes(nodes: int) -> tuple[np.ndarray, np.ndarray]:
     return (points + 1) / 2, weights / 2
 
 
-def pieces_between(breaks: Float[AnyArray, " b"]) -> tuple[Piece, ...]:
-    """The pieces between jumps at phases (b,), in any order."""
+def spans_between(breaks: Float[AnyArray, " b"]) -> tuple[Float[AnyArray, " b"], Float[AnyArray, " b"]]:
+    """Starts and lengths of the pieces between jumps at phases (b,), in any order."""
     lib = namespace(breaks)
     place = lib.sort(lib.mod(lib.asarray(breaks, dtype=lib.result_type(float)), 1.0))
-    ends = [*place[1:], place[0] + 1]
-    return tuple(Piece(start, end - start, False) for start, end in zip(place, ends, strict=True))
+    return place, lib.concatenate([place[1:], place[:1] + 1]) - place
+
+
+def pieces_between(breaks: Float[AnyArray, " b"]) -> tuple[Piece, ...]:
+    """The same one by one."""
+    return tuple(Piece(start, length, False) for start, length in zip(*spans_between(breaks), strict=True))
 
 
 def mean_by_quadrature(

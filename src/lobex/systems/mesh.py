@@ -12,7 +12,7 @@ from jaxtyping import Array, Bool, Float, Int
 from lobex._namespace import namespace
 from lobex._shapes import AnyArray, Number
 from lobex.systems.at_angle import SinceAngle
-from lobex.systems.coefficients import Piece, pieces_between
+from lobex.systems.coefficients import Piece, pieces_between, spans_between
 from lobex.systems.delays import Delay, OneOfMany, WholePeriod
 from lobex.systems.system import DelaySystem, Places
 
@@ -63,8 +63,7 @@ def pieces_of(system: DelaySystem) -> tuple[Piece, ...]:
         return (Piece(0.0, 1.0, False),)
     if len(system.feedback) == 1 and system.repeats:
         return own[0]
-    places = _places(system)
-    return pieces_between(places if system.places is None else places[np.array(system.places.kept)])
+    return pieces_between(_ending(system))
 
 
 def places_that_matter(system: DelaySystem) -> Places:
@@ -174,10 +173,16 @@ def _places(system: DelaySystem) -> Float[AnyArray, " b"]:
     return namespace(generations).concatenate(generations)
 
 
+def _ending(system: DelaySystem) -> Float[AnyArray, " b"]:
+    """Those at which they do."""
+    places = _places(system)
+    return places if system.places is None else places[np.array(system.places.kept)]
+
+
 def mesh_of(system: DelaySystem) -> Mesh:
     """The pieces of ``pieces_of`` in which forces act, each in equal parts where a delay is far shorter."""
-    pieces = pieces_of(system)
     if system.repeats:
+        pieces = pieces_of(system)
         contacts = [index for index, piece in enumerate(pieces) if piece.idle is not True]
         start, length, gap = [], [], []
         for first, after in zip(contacts, [*contacts[1:], len(pieces)], strict=True):
@@ -186,11 +191,11 @@ def mesh_of(system: DelaySystem) -> Mesh:
             gap.append(sum((piece.length for piece in pieces[first + 1 : after]), 0.0))
         gaps = _array(gap) if len(contacts) < len(pieces) else None
         return Mesh(_array(start), _array(length), gaps, len(contacts), True, False)
-    alike = len(pieces) == 1
-    parts = _parts(system, len(pieces))
-    share = np.arange(parts) / parts
-    start = _array([piece.start + piece.length * part for piece in pieces for part in share])
-    length = _array([piece.length / parts for piece in pieces for _ in share])
+    first, whole = spans_between(_ending(system)) if _jumping(system) else (np.zeros(1), np.ones(1))
+    alike = len(first) == 1
+    parts = _parts(system, len(first))
+    start = (first[:, None] + whole[:, None] * (np.arange(parts) / parts)).ravel()
+    length = (whole[:, None] / parts * np.ones(parts)).ravel()
     if alike:
         reach = ceil(system.longest * parts - _ROUNDING)
     else:
