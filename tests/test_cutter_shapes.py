@@ -121,6 +121,23 @@ def test_multipliers_of_a_profile_solve_the_equation_in_which_the_delay_is_no_mo
 
 
 @pytest.mark.search
+@pytest.mark.parametrize("seed", range(12))
+def test_multipliers_of_random_profiles_solve_it_too(seed):
+    rng = np.random.default_rng(seed)
+    helix, taper = rng.uniform(5, 55), rng.choice([0.0, rng.uniform(1, 40)])
+    corner, depth = rng.uniform(0.05, 0.49) * D, rng.uniform(0.5e-3, 12e-3)
+    cutter = lobex.Cutter.tapered(D, taper, teeth=2, corner_radius=corner, helix_degrees=helix)
+    window = np.sort(rng.uniform(0, 180, 2))
+    process, speed = milling(cutter, radial_immersion=None, angles_degrees=window), rng.uniform(60, 150)
+    value = lobex.multipliers(process, speed, depth, FINE)[0]
+    lead = np.radians(90 - taper)
+    force = point_by_point(
+        np.arange(1601) / 1600, 2, depth, np.radians(helix), corner, lead, np.radians(window), points=400
+    )[0]
+    assert missed(value, force, 1 / (2 * speed), steps=800) < 1e-3
+
+
+@pytest.mark.search
 def test_a_ball_in_space_comes_to_its_digits_with_few_nodes():
     process = milling(PROFILES["ball"][0])
     values = [abs(lobex.multipliers(process, 91.6, 4.7e-3, lobex.Duhamel(nodes=nodes))[0]) for nodes in (16, 24, 40)]

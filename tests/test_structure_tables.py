@@ -178,6 +178,7 @@ def test_modes_over_speed_are_those_of_their_table_and_lines_between():
 
 ONE = lobex.Modes.single(frequency=50.0, damping_ratio=0.02, mass=1.0)
 TWO = lobex.Modes.plane(x=ONE, y=ONE)
+MIXED = lobex.Modes.from_poles([-1.0 + 50.0j], [1e-3 - 1e-2j])
 ROW = {"frequency": [50.0, 70.0], "damping_ratio": 0.02, "mass": 1.0}
 
 
@@ -204,6 +205,10 @@ ROW = {"frequency": [50.0, 70.0], "damping_ratio": 0.02, "mass": 1.0}
         (lambda: lobex.ModesOverSpeed.from_modes([20.0], [ONE]), "modes has 1 entries for 1 speeds"),
         (lambda: lobex.ModesOverSpeed.from_modes([20.0, 30.0], [ONE, TWO]), "modes differ in number or directions"),
         (lambda: lobex.Modes([1.0], [0.1], [[1.0]], quadrature=[1.0]), "quadrature has shape (1,); give that of shape"),
+        (
+            lambda: lobex.march_wear(MIXED, lobex.Casing(), lobex.Linear(1e5), 60.0, 2, 1024),
+            "which a march of wear does",
+        ),
         (lambda: lobex.campbell(lobex.ModesOverSpeed.from_modes([20.0, 30.0], [ONE, ONE])), "serve processes alone"),
     ],
 )

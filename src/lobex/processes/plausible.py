@@ -21,8 +21,8 @@ FAST = 5.0
 TOO_FAST = 60.0
 # Depths of cut from here on, m, are those of millimetres.
 _THICK = 0.1
-# And so are the chips and the runout that a tooth has, and the diameter of its cutter.
-_CHIP, _OTHERS = 0.01, {"runout": 0.001, "diameter": 1.0}
+# And so are the chips and the runout that a tooth has, and the diameter of its cutter and its corner.
+_CHIP, _OTHERS = 0.01, {"runout": 0.001, "offset": 0.001, "diameter": 1.0, "corner_radius": 0.5}
 
 
 def warn_of_implausible(process: Any, speed: Any, gain: Any = None) -> None:
@@ -40,7 +40,7 @@ def implausible(process: Any, speed: Any, gain: Any = None) -> list[str]:
     if has_units(process) and np.size(speed):
         messages += [_in_rpm(process, np.asarray(speed, dtype=float), gain), _in_millimetres(process, gain)]
         cutter = getattr(process, "cutter", None)
-        lengths = {name: getattr(cutter, name, None) for name in ("runout", "diameter")}
+        lengths = {name: getattr(cutter, name, None) for name in ("runout", "offset", "diameter", "corner_radius")}
         lengths["feed_per_tooth"] = getattr(process, "feed_per_tooth", None)
         messages += [too_long(name, length) for name, length in lengths.items()]
         doubt = getattr(process, "doubt", None)

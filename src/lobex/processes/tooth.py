@@ -59,8 +59,8 @@ def teeth_of(process: Any, depth: Number) -> Iterator[Tooth]:
     """The teeth of a period of milling, at a depth of cut, m."""
     cutter, layout = process.cutter, process.layout
     entry, exit_ = process.engagement
-    if layout.parts == WHOLE and _checks.is_traced(process.radial_immersion):
-        entry = _no_derivative(entry, process.radial_immersion)
+    if layout.parts == WHOLE and _checks.is_traced((process.radial_immersion, process.angles)):
+        entry = _no_derivative(entry, process.radial_immersion if process.angles is None else jnp.sum(process.angles))
 
     def force(before: Number | None, twist: Number | None) -> Edges:
         numbers = depth, process.tangential, process.normal, process.axial, None, entry, exit_, before
@@ -115,7 +115,9 @@ def _step_force(teeth: Edges, step: Number) -> Forcing:
 
 @jax.custom_jvp
 def _no_derivative(angle: Number, immersion: Number) -> Float[Array, ""]:
-    """An angle whose derivative by the immersion is no number, where what follows would make a wrong one of it."""
+    """An angle whose derivative by the immersion, or by the angles in its place, is no number, where what follows would
+    make a wrong one of it.
+    """
     return jnp.asarray(angle, dtype=jnp.result_type(float))
 
 
