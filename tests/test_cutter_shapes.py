@@ -1,5 +1,6 @@
 """Cutters of any profile, against forces summed point by point and multipliers without a delay."""
 
+import json
 from dataclasses import replace
 
 import jax
@@ -9,6 +10,8 @@ import pytest
 
 import lobex
 from lobex.processes.edge_points import missed_by
+from lobex.results.description import describe
+from lobex.results.rebuild import rebuild
 from problems import KN, KT, PLANE
 
 KA, D = 1.2e8, 0.016
@@ -216,6 +219,23 @@ def test_entry_and_exit_angles_stand_in_the_place_of_an_immersion():
 def _mean_force(exit_):
     process = milling(4, PLANE, radial_immersion=None, angles=jnp.stack([jnp.zeros(()), exit_]))
     return process.system(80.0, 1e-3).mean(jnp.zeros(1), jnp.ones(1)).present[0, 0, 1]
+
+
+@pytest.mark.parametrize(
+    "cutter",
+    [
+        lobex.Cutter.inserts(D, 45.0, pitch_degrees=[100, 260], offset=1e-5),
+        lobex.Cutter.from_discs(D, [1e-3, 2e-3], lag_degrees=[0, 5], teeth=2),
+        PROFILES["tapered"][0],
+    ],
+    ids=["uneven inserts", "discs", "tapered"],
+)
+def test_a_description_is_enough_to_make_a_process_again(cutter):
+    process = milling(cutter, radial_immersion=None, angles_degrees=[20.0, 100.0], edge=[1e4, 2e4, 0.0])
+    again = rebuild(json.loads(json.dumps(describe(process))))
+    for found, given in zip(jax.tree.leaves(again), jax.tree.leaves(process), strict=True):
+        assert found == pytest.approx(given, rel=1e-15)
+    assert again.layout == process.layout
 
 
 def test_points_of_an_edge_that_may_be_too_few_are_told():

@@ -33,5 +33,5 @@ def rebuild(description: Any) -> Any:
 
 def _numeric(description: Any) -> bool:
     if isinstance(description, list):
-        return all(map(_numeric, description))
+        return all(map(_numeric, description)) and len(set(map(np.shape, description))) <= 1
     return isinstance(description, int | float)
