@@ -10,6 +10,7 @@ from lobex import _checks
 from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray, ArrayLike, Number
+from lobex.processes.discs import stacked
 
 TURN = 2 * np.pi
 _MOST_TEETH = 1000
@@ -192,24 +193,11 @@ class Cutter:
             lead_degrees: lead angle of each, (discs,); 90 for None.
             edges: as of ``end_mill``, by name, but helix, corner and lead.
         """
-        parts = [_checks.as_array(part) for part in (thickness, lead_degrees, lag_degrees)]
-        _checks.positive("thickness", parts[0], "m")
-        count = np.shape(parts[0])
-        if len(count) != 1:
-            raise ValueError(f"thickness has shape {count}; give one number a disc")
-        angles = []
-        for name, part, usual in (("lead_degrees", parts[1], 90.0), ("lag_degrees", parts[2], 0.0)):
-            numbers = _checks.as_numbers(name, np.full(count, usual) if part is None else part, "degrees")
-            if part is not None and np.shape(part) != count:
-                raise ValueError(f"{name} has shape {np.shape(part)}; give one angle a disc, {count}")
-            if name == "lead_degrees" and numbers is not None and not np.all((numbers > 0) & (numbers <= 90)):
-                raise ValueError(f"lead_degrees = {_checks.brief(lead_degrees)}; give angles above 0 and up to 90")
-            angles.append((np.full(count, usual) if part is None else part) * (np.pi / 180))
+        discs = stacked(thickness, lead_degrees, lag_degrees)
         cutter = cls.end_mill(diameter, **edges)
         if cutter.helix is not None or cutter.shaped:
             raise ValueError("edges have a helix, a corner or a lead angle beside discs; give those of each disc")
-        lib = namespace(parts[0], angles)
-        return replace(cutter, discs=lib.stack([lib.asarray(parts[0]), *angles], axis=1))
+        return replace(cutter, discs=discs)
 
     @property
     def pattern(self) -> Float[Any, " alike"]:
