@@ -124,6 +124,26 @@ def test_multipliers_of_a_profile_solve_the_equation_in_which_the_delay_is_no_mo
 
 
 @pytest.mark.search
+def test_a_ball_with_even_pitch_moves_as_the_free_structure_under_its_nominal_force():
+    """What a tooth meets is left by one that moved alike: a Fourier series of the force, through the receptance."""
+    cutter, depth, corner, lead = PROFILES["ball"]
+    feed, edge, speed, depth = 1e-4, 3e-5, 80.0, 1e-3
+    # The same shares for the edge as for the chip, of a thickness of its own.
+    process = milling(cutter, feed_per_tooth=feed, edge=[edge * KT, edge * KN, edge * KA])
+    motion = lobex.orbit(process, speed, depth)
+    count = 512
+    window = list(map(float, process.engagement))
+    matrix, column = point_by_point(np.arange(count) / count, 2, depth, float(cutter.helix), corner, lead, window, 2000)
+    force = np.fft.rfft(-feed * matrix[:, :, 0] - edge * column, axis=0) / count
+    omega = 2 * np.pi * 2 * speed * np.arange(len(force))[:, None]
+    own, ratio, mass = 2 * np.pi * TABLE["frequency"], np.array(TABLE["damping_ratio"]), np.array(TABLE["mass"])
+    seen = force / mass / (own**2 - omega**2 + 2j * ratio * own * omega)
+    waves = np.exp(2j * np.pi * np.arange(len(force)) * np.asarray(motion.phase)[:, None])
+    expected = np.real(waves @ (seen * np.where(np.arange(len(force)) > 0, 2, 1)[:, None]))
+    assert motion.displacement.reshape(expected.shape) == pytest.approx(expected, abs=2e-3 * np.abs(expected).max())
+
+
+@pytest.mark.search
 @pytest.mark.parametrize("seed", range(12))
 def test_multipliers_of_random_profiles_solve_it_too(seed):
     rng = np.random.default_rng(seed)
