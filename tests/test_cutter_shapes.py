@@ -198,6 +198,23 @@ def stacked(count, helix=0.0, depth=6e-3, taper=10.0):
     return lobex.Cutter.from_discs(D, thick, lag_degrees=lag, lead_degrees=lead, teeth=2)
 
 
+@pytest.mark.parametrize("direction", ["up", "down"])
+def test_discs_of_a_ball_meet_a_wall_each_at_angles_of_its_own(direction):
+    wall, depth, start = 0.4 * D / 2, 6e-3, np.arange(64) / 64
+    # The heights of ``point_by_point``, of which those above the corner have no width.
+    height = D / 2 * (1 - np.cos(np.arccos(1 - depth / (D / 2)) * (np.arange(1000) + 0.5) / 1000))
+    radius = np.sqrt((D / 2) ** 2 - (D / 2 - height) ** 2)
+    arc = np.r_[np.arccos(np.clip(wall / radius, -1, 1)), np.zeros(1000)]
+    window = (0 * arc, arc) if direction == "up" else (np.pi - arc, np.pi + 0 * arc)
+    wanted = point_by_point(start, 2, depth, np.pi / 6, D / 2, np.pi / 2, window, points=1000)[0]
+    ball = lobex.Cutter.ball(D, teeth=2, helix_degrees=30.0)
+    apart = []
+    for count in (8, 32):
+        process = milling(ball.in_discs(count, depth), direction=direction, radial_immersion=0.3)
+        apart.append(np.linalg.norm(forces_of(process, depth, start)[0] - wanted) / np.linalg.norm(wanted))
+    assert apart[1] < min(0.4 * apart[0], 0.03)
+
+
 def test_discs_come_to_the_profile_by_the_square_of_their_thickness():
     smooth = lobex.Cutter.tapered(D, 10.0, teeth=2, helix_degrees=30.0)
     start = np.arange(64) / 64
@@ -301,6 +318,9 @@ def test_points_of_an_edge_that_may_be_too_few_are_told():
             lambda: lobex.Cutter.from_discs(D, [1e-3], lead_degrees=[0.0], teeth=2),
             "lead_degrees = .*; give angles above",
         ),
+        (lambda: lobex.Cutter.ball(D, teeth=2).in_discs(0, 1e-3), "count = 0 must be a whole number of at least 1"),
+        (lambda: stacked(2).in_discs(2, 1e-3), "discs are made of a cutter with a diameter and one helix angle"),
+        (lambda: lobex.Cutter.from_discs(D, [1e-3], radius=[0.0], teeth=2), "radius = .* must be positive"),
         (lambda: lobex.Cutter.from_discs(D, [1e-3], helix_degrees=30.0, teeth=2), "edges have a helix, a corner or a"),
         (lambda: milling(4, radial_immersion=None), "radial_immersion = None, angles = None: give one of them"),
         (lambda: milling(4, angles_degrees=[0.0, 60.0]), "radial_immersion = 0.6, angles = .*: give one of them"),

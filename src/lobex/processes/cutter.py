@@ -10,10 +10,10 @@ from lobex import _checks
 from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray, ArrayLike, Number
-from lobex.processes.discs import stacked
+from lobex.processes.discs import sliced, stacked
 
 TURN = 2 * np.pi
-_MOST_TEETH = 1000
+_MOST_TEETH, _MOST_DISCS = 1000, 1000
 # Of a turn, what the rounding of angles in degrees leaves.
 _ROUNDING = 1e-6
 # So much may angles and radii differ that are the same.
@@ -37,8 +37,8 @@ class Cutter:
         alike: how often the teeth repeat in a turn, found from the numbers; leave it out.
         corner_radius: of the corner between the face and the edge above it, m; None for a sharp one.
         lead: κ, from the plane of the face to the edge above the corner, rad; None for π/2, a cylinder.
-        discs: thickness, m, lead angle and lag, rad, of straight discs from the tip, (discs, 3): in place of helix,
-            corner and lead. None for none.
+        discs: thickness, m, lead angle and lag, rad, and radius, m, of straight discs from the tip, (discs, 4): in
+            place of helix, corner and lead. None for none.
         offset: how far the axis of the teeth is from that of the spindle, m. None where they are one.
         offset_angle: at which it is, rad, from tooth 0 towards tooth 1; None for 0.
     """
@@ -53,7 +53,7 @@ class Cutter:
     lead: Number | None = None
     offset: Number | None = None
     offset_angle: Number | None = None
-    discs: Real[AnyArray, "discs 3"] | None = None
+    discs: Real[AnyArray, "discs 4"] | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "teeth", _checks.integer("teeth", self.teeth, 1, _MOST_TEETH))
@@ -179,6 +179,7 @@ class Cutter:
         *,
         lag_degrees: ArrayLike | None = None,
         lead_degrees: ArrayLike | None = None,
+        radius: ArrayLike | None = None,
         **edges: Any,
     ) -> "Cutter":
         """A cutter of any profile, as a stack of straight discs from the tip.
@@ -191,13 +192,34 @@ class Cutter:
             thickness: of each disc, (discs,), m; the last one is as thick as it takes.
             lag_degrees: by which each lags behind the tip, (discs,); 0 for None.
             lead_degrees: lead angle of each, (discs,); 90 for None.
+            radius: of each, (discs,), m; half the diameter for None. Of a radial immersion it says where each disc
+                enters and leaves.
             edges: as of ``end_mill``, by name, but helix, corner and lead.
         """
-        discs = stacked(thickness, lead_degrees, lag_degrees)
+        discs = stacked(thickness, lead_degrees, lag_degrees, radius, diameter)
         cutter = cls.end_mill(diameter, **edges)
         if cutter.helix is not None or cutter.shaped:
             raise ValueError("edges have a helix, a corner or a lead angle beside discs; give those of each disc")
         return replace(cutter, discs=discs)
+
+    def in_discs(self, count: int, depth: Number) -> "Cutter":
+        """The same in straight discs, each with the angles of the cut of its own radius.
+
+        Of a wall that a radial immersion leaves standing, the part of a ball or a corner below has another arc in the
+        cut than the whole diameter.
+
+        Args:
+            count: of discs, whose square the error goes with.
+            depth: of all of them, m; above, the last one goes on.
+
+        Raises:
+            ValueError: without a diameter, and with a helix angle a tooth.
+        """
+        count = _checks.integer("count", count, 1, _MOST_DISCS)
+        _checks.positive("depth", depth, "m")
+        if self.diameter is None or not self.one_helix or self.discs is not None:
+            raise ValueError("discs are made of a cutter with a diameter and one helix angle, that has none yet")
+        return replace(self, helix=None, corner_radius=None, lead=None, discs=sliced(self, count, depth))
 
     @property
     def pattern(self) -> Float[Any, " alike"]:

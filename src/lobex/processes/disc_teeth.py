@@ -21,10 +21,12 @@ class DiscTeeth(Teeth):
     """The teeth of a stack, whose force jumps where a disc enters or leaves.
 
     Attributes:
-        discs: thickness, m, lead angle and lag, rad, from the tip, (discs, 3); the last is as thick as it takes.
+        entry, exit: of all discs, or of each, (discs,), rad.
+        discs: thickness, m, lead angle and lag, rad, and radius, m, from the tip, (discs, 4); the last is as thick as
+            it takes.
     """
 
-    discs: Real[AnyArray, "discs 3"]
+    discs: Real[AnyArray, "discs 4"]
 
     def pieces(self) -> tuple[Piece, ...]:
         lib = namespace(self.discs, self.entry, self.exit, self.before)
@@ -36,14 +38,15 @@ class DiscTeeth(Teeth):
         return self.within(phase, phase)
 
     def within(self, inside: Real[Any, "..."], phase: Real[Any, " k"]) -> Float[Any, "k e r"]:
-        thickness, lead, lag = (part[:, None, None] for part in jnp.asarray(self.discs).T)
+        thickness, lead, lag = (part[:, None, None] for part in jnp.asarray(self.discs)[:, :3].T)
+        entry, exit_ = (jnp.broadcast_to(angle, lag.shape[:1])[:, None, None] for angle in (self.entry, self.exit))
         below = jnp.cumsum(thickness, axis=0) - thickness
         upper = jnp.append(thickness[:-1], jnp.full((1, 1, 1), jnp.inf), axis=0)
         wide = jnp.clip(self.depth - below, 0.0, upper) / jnp.sin(lead)
         order = jnp.arange(self.teeth)[:, None]
         middle, angle = (_TURN / self.teeth * (self._since(place) + order) - lag for place in (inside, phase))
         turn = _TURN * jnp.floor(middle / _TURN)
-        cutting = (middle - turn >= self.entry) & (middle - turn <= self.exit)
+        cutting = (middle - turn >= entry) & (middle - turn <= exit_) & (entry < exit_)
         force = self.law.at(per_width(self, lead), angle - turn)
         return self._shaped(1.0, jnp.sum(wide * cutting * force, axis=(-3, -2)))
 

@@ -1,4 +1,4 @@
-"""A stack of straight discs in place of a profile: the thickness, the lead angle and the lag of each."""
+"""A stack of straight discs in place of a profile: thickness, lead angle, lag and radius of each."""
 
 from typing import Any
 
@@ -7,15 +7,19 @@ from jaxtyping import Float
 
 from lobex import _checks
 from lobex._namespace import namespace
-from lobex._shapes import AnyArray
+from lobex._shapes import AnyArray, Number
 
 
-def stacked(thickness: Any, lead_degrees: Any, lag_degrees: Any) -> Float[AnyArray, "discs 3"]:
-    """Thickness, m, lead angle and lag, rad, of discs from the tip, (discs, 3); 90 and 0 degrees for None.
+def stacked(
+    thickness: Any, lead_degrees: Any, lag_degrees: Any, radius: Any, diameter: Number
+) -> Float[AnyArray, "discs 4"]:
+    """Thickness, m, lead angle and lag, rad, and radius, m, of discs from the tip, (discs, 4).
+
+    For None these are 90 and 0 degrees and half the diameter.
 
     Raises:
-        ValueError: for discs without thickness, lead angles that are not above 0 and up to 90 degrees, and other
-            lengths than that of ``thickness``.
+        ValueError: for discs without thickness or radius, lead angles that are not above 0 and up to 90 degrees, and
+            other lengths than that of ``thickness``.
     """
     thickness = _checks.as_array(thickness)
     _checks.positive("thickness", thickness, "m")
@@ -23,15 +27,42 @@ def stacked(thickness: Any, lead_degrees: Any, lag_degrees: Any) -> Float[AnyArr
     if len(count) != 1:
         raise ValueError(f"thickness has shape {count}; give one number a disc")
 
-    def angle(name: str, given: Any, usual: float) -> Any:
-        degrees = np.full(count, usual) if given is None else _checks.as_array(given)
-        _checks.as_numbers(name, degrees, "degrees")
-        if np.shape(degrees) != count:
-            raise ValueError(f"{name} has shape {np.shape(degrees)}; give one angle a disc, {count}")
-        return degrees * (np.pi / 180)
+    def of_each(name: str, given: Any, usual: Any, unit: str) -> Any:
+        numbers = usual * np.ones(count) if given is None else _checks.as_array(given)
+        _checks.as_numbers(name, numbers, unit)
+        if np.shape(numbers) != count:
+            raise ValueError(f"{name} has shape {np.shape(numbers)}; give one number a disc, {count}")
+        return numbers
 
-    lead, lag = angle("lead_degrees", lead_degrees, 90.0), angle("lag_degrees", lag_degrees, 0.0)
+    radius = of_each("radius", radius, diameter / 2, "m")
+    _checks.positive("radius", radius, "m")
+    lead, lag = (
+        of_each(name, given, usual, "degrees") * (np.pi / 180)
+        for name, given, usual in (("lead_degrees", lead_degrees, 90.0), ("lag_degrees", lag_degrees, 0.0))
+    )
     if not _checks.is_traced(lead) and not np.all((lead > 0) & (lead <= np.pi / 2)):
         raise ValueError(f"lead_degrees = {_checks.brief(lead_degrees)}; give angles above 0 and up to 90")
-    lib = namespace(thickness, lead, lag)
-    return lib.stack([lib.asarray(part) for part in (thickness, lead, lag)], axis=1)
+    lib = namespace(thickness, lead, lag, radius)
+    return lib.stack([lib.asarray(part) for part in (thickness, lead, lag, radius)], axis=1)
+
+
+def sliced(profile: Any, count: int, depth: Number) -> Float[AnyArray, "discs 4"]:
+    """The discs of a cutter's profile, each as it is at the middle of its thickness.
+
+    Args:
+        profile: a ``Cutter`` with a diameter and one helix angle, or none.
+        count: of discs.
+        depth: of all of them, m.
+    """
+    lib = namespace(profile, depth)
+    thickness = lib.full(count, depth / count)
+    height = thickness * (np.arange(count) + 0.5)
+    lead = np.pi / 2 if profile.lead is None else profile.lead
+    corner = 0.0 if profile.corner_radius is None else profile.corner_radius
+    top, unit = corner * (1 - lib.cos(lead)), corner if profile.corner_radius is not None else 1.0
+    angle = lib.where(height < top, lib.arccos(lib.clip(1 - height / unit, 0.0, 1.0)), lead)
+    above = lib.maximum(height - top, 0.0) * (0.0 if profile.lead is None else lib.cos(lead) / lib.sin(lead))
+    within = lib.where(height < top, lib.sin(lead) - lib.sin(angle), 0.0)
+    radius = profile.diameter / 2 - corner * within + above
+    lag = (0.0 if profile.helix is None else profile.twist) * height
+    return lib.stack([thickness, angle, lag, radius], axis=1)

@@ -4,10 +4,11 @@ import math
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from lobex import _checks
 from lobex._namespace import namespace
-from lobex._shapes import Number
+from lobex._shapes import AnyArray, Number
 from lobex.processes.teeth import WHOLE, Parts
 
 # Of an angle, what is left of one that was said in degrees.
@@ -21,6 +22,22 @@ def cutting_angles(radial_immersion: Number, direction: str) -> tuple[Number, Nu
     # acos(2a − 1) and acos(1 − 2a) without their loss of digits at both ends.
     sides = lib.sqrt(1 - immersion), lib.sqrt(immersion)
     return (2 * lib.arctan2(*sides), lib.pi) if direction == "down" else (0.0, 2 * lib.arctan2(*sides[::-1]))
+
+
+def angles_to_wall(
+    wall: Number, radius: Float[AnyArray, " discs"], direction: str
+) -> tuple[Float[AnyArray, " discs"], Float[AnyArray, " discs"]]:
+    """Entry and exit angles, rad, of discs of several radii that cut what stands beyond a wall.
+
+    Args:
+        wall: how far it is from the axis on the side that is cut, m; below 0 on the other.
+        radius: (discs,), m. Of a disc that does not reach it, both angles are one.
+        direction: "down" or "up".
+    """
+    lib = namespace(wall, radius)
+    arc = lib.arccos(lib.clip(wall / lib.asarray(radius), -1.0, 1.0))
+    none, half = lib.zeros_like(arc), lib.full_like(arc, np.pi)
+    return (np.pi - arc, half) if direction == "down" else (none, arc)
 
 
 def parts_of(arc: float, teeth: int) -> Parts:

@@ -59,7 +59,7 @@ class Milling:
         tangential: tangential specific cutting force K_t, N/m².
         normal: normal (radial) specific cutting force K_n, N/m².
         radial_immersion: radial depth of cut over tool diameter, in (0, 1]; None where ``angles`` are given. The angles
-            that it makes are those at every height, of a corner too.
+            that it makes are those at every height, of a corner too; of discs each has its own.
         direction: "down" or "up".
         layout: what is found from the numbers; leave it out.
         speed_unit: as of ``Rub``.

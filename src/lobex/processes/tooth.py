@@ -15,6 +15,7 @@ from lobex._shapes import Number
 from lobex.processes.cutter import TURN
 from lobex.processes.disc_teeth import DiscTeeth
 from lobex.processes.edge_points import EdgeDelay, EdgePoint, edge_points
+from lobex.processes.engagement import angles_to_wall
 from lobex.processes.orbiting import OrbitingAxis
 from lobex.processes.profiled_teeth import ProfiledTeeth
 from lobex.processes.specific_force import CHIP, EDGE, STEP
@@ -59,6 +60,9 @@ def teeth_of(process: Any, depth: Number) -> Iterator[Tooth]:
     """The teeth of a period of milling, at a depth of cut, m."""
     cutter, layout = process.cutter, process.layout
     entry, exit_ = process.engagement
+    if cutter.discs is not None and process.angles is None:
+        standing_off = cutter.diameter * (0.5 - process.radial_immersion)
+        entry, exit_ = angles_to_wall(standing_off, cutter.discs[:, 3], process.direction)
     if layout.parts == WHOLE and _checks.is_traced((process.radial_immersion, process.angles)):
         entry = _no_derivative(entry, process.radial_immersion if process.angles is None else jnp.sum(process.angles))
 
