@@ -40,6 +40,8 @@ def _chosen() -> Callable[[], None]:
     import warnings
 
     from lobex.shell.arguments import Lobes
+    from lobex.shell.cut_arguments import Orbit, Recommend
+    from lobex.shell.cut_command import run_orbit, run_recommend
     from lobex.shell.limit_arguments import Limit
     from lobex.shell.limit_command import run_limit
     from lobex.shell.lobes_command import run_lobes
@@ -57,6 +59,8 @@ def _chosen() -> Callable[[], None]:
         Lobes: run_lobes,
         Limit: run_limit,
         March: run_march,
+        Orbit: run_orbit,
+        Recommend: run_recommend,
         Wear: run_wear,
         Reproduce: run_reproduce,
         Store: run_store,
