@@ -47,7 +47,9 @@ def stacked(
 
 
 def sliced(profile: Any, count: int, depth: Number) -> Float[AnyArray, "discs 4"]:
-    """The discs of a cutter's profile, each as it is at the middle of its thickness.
+    """The discs of a cutter's profile, in equal parts along it, each as it is at the middle of its part.
+
+    Along the profile, since at the tip of a ball nothing is smooth in the height.
 
     Args:
         profile: a ``Cutter`` with a diameter and one helix angle, or none.
@@ -55,14 +57,22 @@ def sliced(profile: Any, count: int, depth: Number) -> Float[AnyArray, "discs 4"
         depth: of all of them, m.
     """
     lib = namespace(profile, depth)
-    thickness = lib.full(count, depth / count)
-    height = thickness * (np.arange(count) + 0.5)
     lead = np.pi / 2 if profile.lead is None else profile.lead
     corner = 0.0 if profile.corner_radius is None else profile.corner_radius
-    top, unit = corner * (1 - lib.cos(lead)), corner if profile.corner_radius is not None else 1.0
-    angle = lib.where(height < top, lib.arccos(lib.clip(1 - height / unit, 0.0, 1.0)), lead)
-    above = lib.maximum(height - top, 0.0) * (0.0 if profile.lead is None else lib.cos(lead) / lib.sin(lead))
-    within = lib.where(height < top, lib.sin(lead) - lib.sin(angle), 0.0)
-    radius = profile.diameter / 2 - corner * within + above
+    unit = 1.0 if profile.corner_radius is None else corner
+    bottom = lib.minimum(corner * (1 - lib.cos(lead)), depth)
+    bend = corner * lib.arccos(1 - bottom / unit)
+    part = (bend + (depth - bottom) / lib.sin(lead)) / count
+
+    def at(place: Any) -> tuple[Any, Any, Any]:
+        """Lead angle, height and radius beyond the axis of the corner, along the profile."""
+        above = lib.maximum(place - bend, 0.0)
+        angle = lib.minimum(place, bend) / unit
+        height = corner * (1 - lib.cos(angle)) + above * lib.sin(lead)
+        return lib.where(place < bend, angle, lead), height, corner * lib.sin(angle) + above * lib.cos(lead)
+
+    _, edge, _ = at(part * np.arange(count + 1))
+    angle, height, out = at(part * (np.arange(count) + 0.5))
+    radius = profile.diameter / 2 - corner * lib.sin(lead) + out
     lag = (0.0 if profile.helix is None else profile.twist) * height
-    return lib.stack([thickness, angle, lag, radius], axis=1)
+    return lib.stack([edge[1:] - edge[:-1], angle, lag, radius], axis=1)
