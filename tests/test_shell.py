@@ -191,6 +191,15 @@ def test_the_shell_computes_what_the_library_computes(shell, tmp_path):
         (("limit", "mathieu"), "mathieu"),
         (("lobes",), "rub"),
         (("wobble",), "wobble"),
+        (("orbit",), "milling"),
+        (("orbit", "turning"), "turning"),
+        (("orbit", "milling", "--feed", "0"), "feed_per_tooth = 0"),
+        (("orbit", "milling", "--feed", "0.1 parsec"), "feed = '0.1 parsec' is no length"),
+        (("orbit", "milling", "--rpm", "5e3:6e3:9"), "9 points; give at most 6"),
+        (("recommend", "milling", "--rpm", "5000"), "rpm = '5000' is not low:high"),
+        (("recommend", "milling", "--rpm", "6000:5000", "--diameter", "10mm"), "speed = "),
+        (("recommend", "milling", "--power", "-1", "--diameter", "10mm"), "power = -1"),
+        (("recommend", "milling"), "diameter = None where a removal rate is asked for"),
     ],
 )
 def test_bad_input_is_one_line_and_exit_code_2(shell, arguments, words):
@@ -297,3 +306,21 @@ def test_the_cache_is_one_for_each_kind_of_processor(tmp_path, monkeypatch):
         folders.append(environment.cache_folder())
     assert len(set(folders)) == 3
     assert folders[2] == folders[3]
+
+
+@pytest.mark.search
+def test_orbit_and_recommend_write_what_python_finds(shell, tmp_path):
+    flags = ("milling", "--teeth", "2", "--diameter", "20mm", "--directions", "2", "--quiet")
+    assert shell("orbit", *flags, "--rpm", "20000", "--gain", "2e-4").code == 0
+    assert shell("recommend", *flags, "--rpm", "15000:22000", "--gain", "5e-5:4e-4", "--power", "300").code == 0
+    names = [f"milling-{name}" for name in ("orbit", "recommendation")]
+    assert {path.name for path in tmp_path.iterdir()} == {f"{name}.{kind}" for name in names for kind in ("nc", "png")}
+    mode = lobex.Modes.single(frequency=146.5, damping_ratio=0.0032, mass=2.573)
+    cutter = lobex.Cutter.end_mill(0.02, teeth=2)
+    process = lobex.Milling(lobex.Modes.plane(x=mode, y=mode), cutter, 5.5e8, 2e8, 0.5, feed_per_tooth=1e-4)
+    motion, cuts = (lobex.load(f"{name}.nc") for name in names)
+    wanted = lobex.orbit(process, 20000 / 60, 2e-4)
+    np.testing.assert_allclose(motion.displacement[0], wanted.displacement, rtol=1e-9, atol=1e-12)
+    radius = lobex.spectral_radius(process, cuts.speed, cuts.depth)
+    assert np.all(radius < 1)
+    assert np.all(cuts.mean_power <= 300 * (0.9 + 1e-6))

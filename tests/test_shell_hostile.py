@@ -8,6 +8,7 @@ import sys
 
 import pytest
 
+import lobex.advice.best_cuts
 import lobex.grids.sweep
 import lobex.limits.critical
 import lobex.limits.exact_limit
@@ -15,6 +16,7 @@ import lobex.limits.sensitivity
 import lobex.marches.delay
 import lobex.marches.turning
 import lobex.marches.wear
+import lobex.orbits.forced_motion
 from commands import run
 
 LONG = "x" * 300
@@ -27,12 +29,16 @@ WORK = [
     (lobex.marches.delay, "_march"),
     (lobex.marches.turning, "_march"),
     (lobex.marches.wear, "_march"),
+    (lobex.orbits.forced_motion, "_settled"),
+    (lobex.advice.best_cuts, "_scanned"),
 ]
 COMMANDS = [
     *(("lobes", name) for name in ("rub", "milling", "turning", "mathieu")),
     *(("limit", name) for name in ("rub", "milling", "turning")),
     *(("march", name) for name in ("rub", "milling", "turning", "mathieu")),
     ("wear",),
+    ("orbit", "milling"),
+    ("recommend", "milling"),
 ]
 NUMBERS = """x 0 -1 1 7 0.5 1e308 -1e308 1e-308 1e300 1e99 1e-99 1e12 1e-12 nan inf -inf 1e999 0x10 1_000 5; None
     1,2 1,,2 2,1 1e308,2 , -- -x 2147483648 -2147483648 99999999999999999999 ../.. / /proc/x no/such/x μ"""
