@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import lobex
-from lobex.orbits.cut_along import cut_along, walls
-from lobex.orbits.periodic import periodic
+from lobex.motions.cut_along import cut_along, walls
+from lobex.motions.periodic import periodic
 from problems import KN, KT, PLANE
 
 FEED, RADIUS, IMMERSION = 1e-4, 0.008, 0.5

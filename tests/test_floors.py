@@ -80,3 +80,8 @@ def test_ways_up_lead_somewhere_and_are_taken_where_an_import_would_close_a_circ
 def test_a_file_name_occurs_once():
     count = Counter(file.name for file in FILES if file.name != "__init__.py")
     assert {name for name, times in count.items() if times > 1} == set()
+
+
+def test_no_name_of_lobex_is_that_of_a_folder_or_file_which_would_take_its_place_once_imported():
+    inside = {path.stem for path in ROOT.iterdir() if path.is_dir() or path.suffix == ".py"}
+    assert set(lobex.__all__) & inside == set()

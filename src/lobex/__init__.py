@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from lobex.marches.delay import march_delay
     from lobex.marches.start import growing_history
     from lobex.marches.turning import simulate_turning
+    from lobex.motions.forced_motion import orbit
+    from lobex.motions.over_grid import orbits
     from lobex.operators.chebyshev import Chebyshev
     from lobex.operators.duhamel import Duhamel
     from lobex.operators.semi_discretization import SemiDiscretization
-    from lobex.orbits.forced_motion import orbit
-    from lobex.orbits.over_grid import orbits
     from lobex.plots.campbell import campbell
     from lobex.processes.canonical import DelayedMathieu, Scalar
     from lobex.processes.cutter import Cutter
@@ -126,9 +126,9 @@ _HOME = {
     "monodromy": "verbs",
     "multipliers": "verbs",
     "next_speed": "advice.next_try",
-    "orbit": "orbits.forced_motion",
+    "orbit": "motions.forced_motion",
     "read_tool": "processes.tool_file",
-    "orbits": "orbits.over_grid",
+    "orbits": "motions.over_grid",
     "recommend": "advice.best_cuts",
     "sensitivities": "limits.sensitivity",
     "simulate_turning": "marches.turning",

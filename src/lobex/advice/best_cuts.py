@@ -12,8 +12,8 @@ from lobex._float64 import at_once, widened
 from lobex._timing import timed
 from lobex._warnings import SweepWarning, warn
 from lobex.grids.evaluation import dominant_at_points, dominant_over_grid
+from lobex.motions.forced_motion import BATCH, orbit
 from lobex.operators.duhamel import Duhamel
-from lobex.orbits.forced_motion import BATCH, orbit
 from lobex.processes.process import check_gain, check_process, check_speed
 from lobex.processes.quantity import quantity_of
 from lobex.processes.teeth_at_work import Toothed

@@ -19,10 +19,10 @@ from lobex._timing import spare_programs, timed
 from lobex._warnings import SweepWarning, warn
 from lobex.grids.choice import AUTO, Auto
 from lobex.grids.evaluation import dominant_at_points
+from lobex.motions.cut_along import CutAlong, cut_along, toothed, walls
+from lobex.motions.periodic import periodic
+from lobex.motions.refined import Seen, apart, judging, refined, seen, sizes_for
 from lobex.operators.duhamel import Duhamel
-from lobex.orbits.cut_along import CutAlong, cut_along, toothed, walls
-from lobex.orbits.periodic import periodic
-from lobex.orbits.refined import Seen, apart, judging, refined, seen, sizes_for
 from lobex.processes.declared import check_system
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_gain, check_process, check_speed, lanes_shape

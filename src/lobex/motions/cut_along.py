@@ -7,9 +7,9 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from lobex._shapes import AnyArray, Number
+from lobex.motions.periodic import Path, highest_of
 from lobex.operators.prepared import points_between
 from lobex.operators.response import gauss_nodes
-from lobex.orbits.periodic import Path, highest_of
 from lobex.processes.teeth_at_work import AtWork, Toothed
 from lobex.systems.system import DelaySystem
 

@@ -18,11 +18,8 @@ from lobex._shapes import AnyArray, Number
 from lobex._timing import carried, timed
 from lobex.grids.choice import AUTO, Auto, chosen_method
 from lobex.grids.evaluation import dominant_over_grid
-from lobex.operators.duhamel import Duhamel
-from lobex.operators.elimination import inverse
-from lobex.operators.response import gauss_nodes
-from lobex.orbits.cut_along import OverPeriod, left_at, over_period, toothed, walls
-from lobex.orbits.forced_motion import (
+from lobex.motions.cut_along import OverPeriod, left_at, over_period, toothed, walls
+from lobex.motions.forced_motion import (
     Wanted,
     check_forced,
     check_forced_motion,
@@ -31,8 +28,11 @@ from lobex.orbits.forced_motion import (
     traced_motion,
     warn_of,
 )
-from lobex.orbits.periodic import followed, highest_of, repeating
-from lobex.orbits.refined import Seen, refined, seen, sizes_for
+from lobex.motions.periodic import followed, highest_of, repeating
+from lobex.motions.refined import Seen, refined, seen, sizes_for
+from lobex.operators.duhamel import Duhamel
+from lobex.operators.elimination import inverse
+from lobex.operators.response import gauss_nodes
 from lobex.processes.process import Process
 from lobex.processes.quantity import quantity_of
 from lobex.results.codes import OrbitStatus

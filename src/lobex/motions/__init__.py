@@ -1,0 +1,1 @@
+"""The periodic motion that a forced stable system comes to, and what its cut does along it."""

@@ -1,1 +1,0 @@
-"""Orbits: the periodic motion that a forced stable system comes to."""
