@@ -16,7 +16,7 @@ import lobex.limits.sensitivity
 import lobex.marches.delay
 import lobex.marches.turning
 import lobex.marches.wear
-import lobex.orbits.forced_motion
+import lobex.motions.forced_motion
 from commands import run
 
 LONG = "x" * 300
@@ -29,7 +29,7 @@ WORK = [
     (lobex.marches.delay, "_march"),
     (lobex.marches.turning, "_march"),
     (lobex.marches.wear, "_march"),
-    (lobex.orbits.forced_motion, "_settled"),
+    (lobex.motions.forced_motion, "_settled"),
     (lobex.advice.best_cuts, "_scanned"),
 ]
 COMMANDS = [
