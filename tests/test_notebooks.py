@@ -1,8 +1,8 @@
 """The notebooks run as they stand, show what their texts say, and their rendered pages are those of this code."""
 
 import re
-import runpy
 from pathlib import Path
+from typing import Any
 
 import jax
 import matplotlib.pyplot as plt
@@ -16,12 +16,17 @@ NAMES = ("1_quickstart", "2_blade_rub", "3_milling", "4_gradients", "5_own_matri
 RENDERED = ROOT / "docs" / "notebooks"
 
 
-def executed(name):
-    """The names that a notebook leaves behind; its pictures must all be drawable."""
+def executed(name, **coarser):
+    """The names that a notebook leaves behind, some of its numbers given; its pictures must all be drawable."""
+    code = (ROOT / "notebooks" / f"{name}.py").read_text()
+    for number, value in coarser.items():
+        code, found = re.subn(rf"^{number} = .*$", f"{number} = {value}", code, flags=re.MULTILINE)
+        assert found == 1
+    result: dict[str, Any] = {}
     figures = []
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(plt, "show", lambda: figures.extend(plt.figure(number) for number in plt.get_fignums()))
-        result = runpy.run_path(str(ROOT / "notebooks" / f"{name}.py"))
+        exec(compile(code, f"{name}.py", "exec"), result)
     for figure in figures:
         figure.canvas.draw()
     assert figures
@@ -73,14 +78,14 @@ def local_maxima(x, y):
 
 
 def test_the_recommended_milling_point_holds():
-    seen = executed("3_milling")
+    seen = executed("3_milling", RPM="np.linspace(8500, 14500, 61)")
     limit, best, peak = (seen[n] for n in ("limit", "best", "peak"))
     assert set(limit.status) <= {"found", "tie"}
     # The independent codes' three depths at 12,000 rpm.
     low_high = limit.intervals[seen["shown"]]
     expected = [1e-4, 0.0031801762108573588, 0.004514895124331333, 0.004857372477035402]
     assert low_high[:2].ravel() == pytest.approx(expected, rel=1e-6)
-    assert seen["again"].sum() > 5
+    assert seen["again"].mean() > 5 / 121
     halves = 2 * seen["waves"][seen["flips"]]
     assert halves == pytest.approx(np.round(halves), abs=1e-6)
     assert set(np.round(halves)) <= {5, 7}
@@ -122,7 +127,7 @@ def test_gradients_agree_with_scaling_sampling_and_differences():
 
 
 def test_own_matrices_are_the_handbook_s_beam():
-    seen = executed("5_own_matrices")
+    seen = executed("5_own_matrices", SPEED="np.linspace(30.0, 150.0, 151)")
     assert seen["deviation"].max() < 5e-4
     full, one, two = (seen["limits"][n].gain for n in (5, 1, 2))
     # The bottoms are those of one mode; where it promises most too much, the second mode chatters.

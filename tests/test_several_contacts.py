@@ -30,7 +30,10 @@ TWO = structure(0, 2)
 
 @pytest.mark.parametrize(
     ("seed", "contacts", "friction"),
-    [(0, 2, 0.0), (1, 2, 0.0), (2, 2, 0.4), (3, 2, 0.4), (4, 3, 0.0), (5, 3, 0.4)],
+    [
+        *[(0, 2, 0.0), (2, 2, 0.4), (5, 3, 0.4)],
+        *(pytest.param(*case, marks=pytest.mark.search) for case in ((1, 2, 0.0), (3, 2, 0.4), (4, 3, 0.0))),
+    ],
 )
 def test_no_crossing_is_missed(seed, contacts, friction):
     modes = structure(seed, contacts, friction)

@@ -95,7 +95,7 @@ def wait_for(folder, least, process):
 
 def test_a_store_killed_at_random_instants_ends_the_same(uninterrupted, tmp_path):
     folder, random = tmp_path / "s", np.random.default_rng(7)
-    for _ in range(4):
+    for _ in range(2):
         wanted = len(names(folder)) + 1 + random.integers(3)
         process = begin(folder, chunks=wanted + 2)
         wait_for(folder, wanted, process)
