@@ -63,9 +63,12 @@ def of_multipliers(tasks: list[Multiplier]) -> list[float]:
 
 
 def of_motion(task: Motion) -> float:
+    """The error of a motion, as ``apart``."""
+    return apart(lobex.orbit(task.process, task.speed, task.gain, height=task.heights), task.case)
+
+
+def apart(motion: Any, case: dict[str, Any]) -> float:
     """The worst difference of extremes and of y at the wall, relative to the peak of the axis, and of the radius."""
-    case = task.case
-    motion = lobex.orbit(task.process, task.speed, task.gain, height=task.heights)
     found = [abs(float(motion.spectral_radius) / case["spectral_radius"] - 1)]
     for index, axis in enumerate("xy"):
         if peak := case.get(f"peak_{axis}_m"):
@@ -73,7 +76,8 @@ def of_motion(task: Motion) -> float:
             found += [abs(getattr(motion, own)[index] - case[name]) / peak for own, name in names.items()]
     # What lies on the side of the wall is left, of up-milling at larger y; all teeth are told of, or one at heights.
     side = -1 if case["direction"] == "up" else 1
-    left = motion.surface_location_error[:, 0] if len(task.heights) == 1 else motion.surface_location_error[0]
+    left = motion.surface_location_error
+    left = left[:, 0] if np.shape(left)[1] == 1 else left[0]
     wall = np.abs(side * left - case["y_at_surface_m"]) / case["peak_y_m"]
     # NaN is no agreement.
     return float(np.nan_to_num(np.max([*found, *wall]), nan=np.inf))

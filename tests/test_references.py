@@ -77,6 +77,8 @@ def test_numbers_that_agree_and_one_that_does_not(tmp_path, capsys):
     assert compared(tmp_path / "coarse.json", {"g": wrong}, capsys)[1][0][4] == "0"
 
 
+# Of one motion by test_docs.py, which has it from a page.
+@pytest.mark.search
 def test_motions_agree_to_the_digits_printed(tmp_path, capsys):
     code, rows = compared(tmp_path / "motion.json", {"f": MOTION}, capsys)
     assert code == 0
