@@ -26,22 +26,14 @@ from lobex._programs import forget_if_many
 
 # Files that take longest begin first, so that the workers end together.
 LONGEST = (
-    *(
-        "problems",
-        "sweep",
-        "readme",
-        "shell",
-        "linear_delay",
-        "gradients",
-        "transformations",
-        "general_methods",
-        "general_error",
-    ),
-    *("properties", "exact_limit_verb", "reference", "random_models", "operators", "devices", "study", "sensitivity"),
-    *("boundary", "variable_pitch", "plausible", "undamped", "design", "notebooks", "store", "force_shapes"),
-    *("study_processes", "exact_limits", "duhamel_search", "critical", "programs", "exact", "duhamel", "march_delay"),
-    *("characteristic_roots", "chatter", "gallery", "milling_search", "critical_constant", "turning_simulation"),
-    *("precision", "docs", "band", "wear", "chart", "receptance_kinds", "march_result", "shell_hostile"),
+    *("docs", "problems", "notebooks", "study_processes", "orbit", "gallery", "readme", "exact_limits", "shell"),
+    *("transformations", "gradients", "sweep", "duhamel", "general_error", "cutter", "several_contacts"),
+    *("critical_constant", "speed_variation", "cutting_orbit", "orbit_map", "advice", "cutter_shapes"),
+    *("structure_tables", "linear_delay", "band", "closed_form", "sensitivity", "critical", "distributed", "shapes"),
+    *("random_models", "operators", "turning_simulation", "wear", "chatter", "exact_limit_verb", "boundary"),
+    *("devices", "milling_search", "study", "outputs_apart", "march_delay", "properties", "programs"),
+    *("several_delays", "characteristic_roots", "undamped", "design", "receptance_kinds", "force_shapes", "exact"),
+    *("general_methods", "precision", "chart", "duhamel_search"),
 )
 # New objects, and rounds of the younger ones, after which Python looks for rubbish; 700, 10 and 10 by default.
 COLLECTED = (50_000, 20, 100)
@@ -65,6 +57,11 @@ def pytest_configure(config):
     gc.set_threshold(*COLLECTED)
     # A run in the background ignores Ctrl-C, and with it every process that a test starts and interrupts.
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_collection_finish():
+    # What was imported stays: there is nothing to look for in it.
+    gc.freeze()
 
 
 def pytest_unconfigure(config):
