@@ -44,7 +44,9 @@ class Spindle:
 
     def time(self, turns):
         """By bisection."""
-        low, high = (turns - 1) / self.speed, (turns + 1) / self.speed
+        # As far as it can be ahead or behind of even turning.
+        reach = 2 * np.sum(np.abs([self.cosine, self.sine])) / (2 * np.pi * self.ratio)
+        low, high = (turns - reach) / self.speed, (turns + reach) / self.speed
         for _ in range(80):
             middle = (low + high) / 2
             beyond = self.turns(middle) > turns

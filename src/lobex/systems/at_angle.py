@@ -16,7 +16,7 @@ from lobex.systems.delays import Delay
 
 @runtime_checkable
 class Rotation(Protocol):
-    """How something turns within a period; both functions go on beyond it."""
+    """How something turns within a period; its functions go on beyond it."""
 
     def turned(self, phase: Float[AnyArray, " *k"]) -> Float[AnyArray, " *k"]:
         """What share of its turning in a period is done at phases t/T: that rises by 1 with the phase."""
