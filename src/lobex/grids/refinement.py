@@ -321,14 +321,15 @@ def _with_errors(
     def point(row: Int[Array, ""], speed: Float[Array, ""], gain: Float[Array, ""]) -> tuple[Inexact[Array, ""], ...]:
         system = process.system(speed, gain)
         mine = method.prepare(system) if prepared is None else jax.tree.map(lambda part: part[row], prepared)
-        respond = method.respond(mine, system, pivoted_inverse if densely else inverse)
+        forces = method.forces(system)
+        respond = method.respond(mine, system, pivoted_inverse if densely else inverse, forces)
         matrix = method.assemble(mine, respond)
         if densely:
             value, vector = dense.pair_by_eigensolver(matrix)
             pair = Pair(*map(as_pair, (value, vector, dense.left_vector(matrix, value, vector))))
         else:
             pair = power.pair_by_squaring(matrix, squarings)
-        motion = method.motion(mine, respond, system, pair)
+        motion = method.motion(mine, respond, system, pair, forces)
         frequency = carrier_frequency(motion.phase, motion.weight, motion.output, system.period, pair.value)
         return as_complex(pair.value), frequency, motion.error, motion.rounding, motion.defect
 

@@ -185,8 +185,9 @@ def _label(
     if isinstance(method, Duhamel):
         pair = Pair(*map(as_pair, (value, triple.right, triple.left / (triple.left @ triple.right))))
         prepared = method.prepare(system) if prepared is None else prepared
-        respond = method.respond(prepared, system, pivoted_inverse if densely else inverse)
-        motion = method.motion(prepared, respond, system, pair)
+        forces = method.forces(system)
+        respond = method.respond(prepared, system, pivoted_inverse if densely else inverse, forces)
+        motion = method.motion(prepared, respond, system, pair, forces)
         frequency = carrier_frequency(motion.phase, motion.weight, motion.output, system.period, as_pair(value))
         error = motion.error + motion.rounding
     else:

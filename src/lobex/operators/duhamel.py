@@ -121,14 +121,16 @@ class Duhamel:
         # Forces that delays shorter than a piece bring act within it, and follow the gain.
         if not resolved or prepared.recent is not None:
             return prepared
-        return replace(prepared, resolvent=_resolvents(prepared, self._forces(system), pivoted_inverse))
+        return replace(prepared, resolvent=_resolvents(prepared, self.forces(system), pivoted_inverse))
 
-    def respond(self, prepared: Prepared, system: DelaySystem, inverse: Inverse) -> Float[Array, "M qe N"]:
+    def respond(
+        self, prepared: Prepared, system: DelaySystem, inverse: Inverse, forces: Forces | None = None
+    ) -> Float[Array, "M qe N"]:
         """The forces at the nodes of every piece that its past makes, (M, e·q, N).
 
-        With ``inverse`` for the matrices (e·q, e·q) of the contact.
+        With ``inverse`` for the matrices (e·q, e·q) of the contact, and ``forces`` of the system where these are known.
         """
-        forces = self._forces(system)
+        forces = forces or self.forces(system)
         driven = _rows(forces.present, prepared.free)
         for index, coefficient in enumerate(forces.delayed):
             driven = driven + _rows(coefficient, prepared.remembered[:, index])
@@ -149,10 +151,17 @@ class Duhamel:
 
         return jax.lax.scan(over, first, (respond[1:], prepared.advance[1:]), unroll=_unrolled(respond))[0]
 
-    def motion(self, prepared: Prepared, respond: Float[Array, "M qe N"], system: DelaySystem, pair: Pair) -> Motion:
+    def motion(
+        self,
+        prepared: Prepared,
+        respond: Float[Array, "M qe N"],
+        system: DelaySystem,
+        pair: Pair,
+        forces: Forces | None = None,
+    ) -> Motion:
         """The motion of a multiplier μ and its state, how far they miss the equations, and the error of |μ|."""
         value, vector, mirrored = pair
-        d, mesh, forces = system.state_size, mesh_of(system), self._forces(system)
+        d, mesh, forces = system.state_size, mesh_of(system), forces or self.forces(system)
         march = _marched(prepared, respond, vector)
         parts = _parts(prepared, march)
         after = (parts.free + parts.forced).reshape(mesh.pieces, self.count, -1, 2)
@@ -222,7 +231,7 @@ class Duhamel:
         phase, weight, output = (jnp.concatenate(part, axis=1) for part in zip(*parts, strict=True))
         return phase.ravel(), weight.ravel(), output.reshape(-1, *jnp.shape(output)[2:])
 
-    def _forces(self, system: DelaySystem) -> Forces:
+    def forces(self, system: DelaySystem) -> Forces:
         """The coefficients at the nodes of every piece, (M, q, e, r), for scaled forces and outputs."""
         mesh, points = mesh_of(system), gauss_nodes(self.count)[0]
 
