@@ -23,7 +23,7 @@ def gauss(points):
     return (nodes + 1) / 2, weights / 2, np.stack(integrals, axis=1) @ np.linalg.inv(basis) / 2
 
 
-def cutting(angle, tangential, normal, directions):
+def specific_force(angle, tangential, normal, directions):
     sine, cosine = np.sin(angle), np.cos(angle)
     force = np.array([tangential * cosine + normal * sine, normal * cosine - tangential * sine])
     return (force[:, None] * np.array([sine, cosine]))[:directions, :directions]
@@ -64,6 +64,7 @@ def multipliers(cutter, speed, depth):
     block = _POINTS * r
     size = 2 * n + block * sum(cutting > 0 for *_, cutting in parts)
     state, history, rows = np.eye(2 * n, size), 2 * n, []
+    specific = cutter["tangential"], cutter["normal"]
     for start, length, cutting in parts:
         step = length * period
         if not cutting:
@@ -72,7 +73,7 @@ def multipliers(cutter, speed, depth):
         forces = -depth * np.array(
             [
                 sum(
-                    cutting(entry + pitch * (start + length * x + tooth), cutter["tangential"], cutter["normal"], r)
+                    specific_force(entry + pitch * (start + length * x + tooth), *specific, r)
                     for tooth in range(cutting)
                 )
                 for x in nodes

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import lobex
-from milling_collocation import cutting
+from milling_collocation import specific_force
 from turning_angle import Spindle, largest, period_map
 
 TANGENTIAL, NORMAL = 6e8, 2e8
@@ -42,7 +42,7 @@ def at_angle(numbers):
 
     def force(turn):
         place = np.mod(turn, 0.5)
-        return DEPTH * cutting(2 * np.pi * place, *numbers, 2) if place > 0.25 else np.zeros((2, 2))
+        return DEPTH * specific_force(2 * np.pi * place, *numbers, 2) if place > 0.25 else np.zeros((2, 2))
 
     return force
 

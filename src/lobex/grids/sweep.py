@@ -36,7 +36,8 @@ def sweep(
 ) -> Chart:
     """``lobex.sweep`` without further axes and stores; arguments, errors and warnings as there.
 
-    With ``plausible=False`` nothing is said of implausible numbers: a study looks at all of them itself.
+    With ``plausible=False`` nothing is said of implausible numbers, nor of none at all: a study looks at all of them
+    itself.
     """
     check_process(process)
     check_any_method(method)
@@ -49,7 +50,7 @@ def sweep(
         _BYTES * len(speeds) * len(gains),
         "give a coarser grid, or a store that takes it in parts: store=, in the shell --store DIR",
     )
-    check_system(process, speeds[[0, -1], None], gains[[0, -1]])
+    check_system(process, speeds[[0, -1], None], gains[[0, -1]], finite=plausible)
     if plausible:
         warn_of_implausible(process, speeds, gains)
     with timed() as spent, at_once():

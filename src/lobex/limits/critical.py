@@ -49,7 +49,8 @@ def critical_gain(
 ) -> Limit:
     """``lobex.critical_gain`` without further axes and stores; arguments, errors and warnings as there.
 
-    With ``plausible=False`` nothing is said of implausible numbers: a study looks at all of them itself.
+    With ``plausible=False`` nothing is said of implausible numbers, nor of none at all: a study looks at all of them
+    itself.
     """
     check_process(process)
     check_any_method(method)
@@ -69,7 +70,7 @@ def critical_gain(
     if _checks.is_traced((process, speed)):
         return traced_critical_gain(process, speed, gains, method)
     speeds = np.atleast_1d(np.asarray(speed, dtype=np.float64))
-    check_system(process, speeds[:, None], bounds)
+    check_system(process, speeds[:, None], bounds, finite=plausible)
     if plausible:
         warn_of_implausible(process, speeds, bounds[0])
     slowest = float(speeds.min())

@@ -49,12 +49,13 @@ class Numbers(NamedTuple):
     finite: Bool[AnyArray, "*k 2"]
 
 
-def check_system(process: Process, speed: Any, gain: Any = None) -> None:
+def check_system(process: Process, speed: Any, gain: Any = None, *, finite: bool = True) -> None:
     """Require a system that is what it declares; of nothing where JAX traces a part of the call.
 
     Args:
         process: a process, whose form is checked.
         speed, gain: arrays that broadcast, at whose ends its numbers are; no gain for a verb that asks at none.
+        finite: whether one that is nowhere finite is refused: a part of a study counts its points.
 
     Raises:
         ValueError: for a system that JAX cannot trace, matrices and functions of a wrong shape, a period that is not
@@ -69,7 +70,7 @@ def check_system(process: Process, speed: Any, gain: Any = None) -> None:
             return
         speeds, gains = _ends(np.asarray(speed, dtype=float), np.asarray(gain, dtype=float))
         found = jax.tree.map(np.asarray, _in_one_line(process, _numbers, speeds, gains))
-    if wrong := _wrong(found):
+    if wrong := _wrong(found, finite):
         index, what, right = wrong
         place = f"at speed = {speeds[index]:.6g}, gain = {gains[index]:.6g}"
         raise ValueError(f"process = {type(process).__name__}: {what.format(place)}; {right}")
@@ -160,7 +161,7 @@ def _in_one_line(
         ) from error
 
 
-def _wrong(found: Numbers) -> tuple[int, str, str] | None:
+def _wrong(found: Numbers, finite: bool) -> tuple[int, str, str] | None:
     """At which point there is what, with a gap for the point, and what would be right; None where all is right."""
     bad = ~(np.isfinite(found.period) & (found.period > 0))
     if bad.any():
@@ -172,7 +173,7 @@ def _wrong(found: Numbers) -> tuple[int, str, str] | None:
         return point, f"one of its breaks is {found.breaks[point, index]:.6g} {{}}", "give phases t/T from 0 to 1"
     # Where some points have numbers, the others fail by themselves.
     for index, what in enumerate(("structure", "force")):
-        if not found.finite[:, index].any():
+        if finite and not found.finite[:, index].any():
             return 0, f"its {what} has values that are not finite {{}}", "give finite matrices and functions"
     least, most = found.delay_range[0]
     for bad, right in (
