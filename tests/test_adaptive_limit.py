@@ -1,5 +1,6 @@
 """Speeds added to a limit where it bends, ends or jumps, on curves known at every speed."""
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -137,3 +138,15 @@ def test_the_closed_form_of_a_tool_with_two_modes():
 def test_bad_input(arguments, words):
     with pytest.raises(ValueError, match=words):
         limit_curve(search, *arguments)
+
+
+def test_no_curve_ends_where_the_process_becomes_stable_at_any_gain():
+    def above(speed):
+        limit = search(speed, curve=lambda speed: np.where(speed > END, 1.0, np.nan))
+        always = np.where(speed < CUSP, Status.STABLE_AT_ANY_GAIN, limit.status_code).astype(np.int8)
+        return replace(limit, status_code=always)
+
+    fine = limit_curve(above, SPEED, 20)
+    added = np.setdiff1d(fine.speed, SPEED)
+    assert added.size
+    assert np.all(added > SPEED[np.searchsorted(SPEED, END) - 1])

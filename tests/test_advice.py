@@ -9,6 +9,7 @@ import pytest
 import lobex
 import small_results
 from lobex.advice.best_cuts import _best, _scanned, _where_binding
+from lobex.results.codes import Status
 from problems import KN, KT
 
 # --- cuts that were made, against a made-up chart
@@ -54,15 +55,16 @@ def test_next_speeds_are_whole_parts_of_the_chatter():
     assert "k = 1, 9300 rpm" in repr(found)
 
 
-def test_speeds_are_ranked_by_their_limits(monkeypatch):
-    limit, status = np.array([1e-3, np.nan, 3e-3, np.nan]), np.array([0, 2, 0, 1], dtype=np.int8)
+@pytest.mark.parametrize("always", [Status.NONE_IN_RANGE, Status.STABLE_AT_ANY_GAIN])
+def test_speeds_are_ranked_by_their_limits(monkeypatch, always):
+    limit, status = np.array([1e-3, np.nan, 3e-3, np.nan]), np.array([0, 2, 0, always], dtype=np.int8)
     monkeypatch.setattr(
         "lobex.advice.next_try.critical_gain", lambda *_: SimpleNamespace(gain=limit, status_code=status)
     )
     found = lobex.next_speed(155.0, 1, speed=(38.0, 160.0), process=TURNING, bounds=(1e-6, 5e-3))
     # Stable throughout, the limits in turn, and what is unstable at once.
     assert list(found.lobe) == [4, 3, 1, 2]
-    assert "k = 4, 2325 rpm: none in range" in repr(found)
+    assert f"k = 4, 2325 rpm: {always.words}" in repr(found)
 
 
 @pytest.mark.search

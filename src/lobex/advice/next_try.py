@@ -74,7 +74,8 @@ def next_speed(
         found = critical_gain(process, speeds, bounds)
         limit, status = found.gain, found.status_code
     # Where nothing is unstable comes first, and where all is last.
-    height = np.where(status == Status.NONE_IN_RANGE, np.inf, np.nan_to_num(limit, nan=-np.inf))
+    everywhere = np.isin(status, (Status.NONE_IN_RANGE, Status.STABLE_AT_ANY_GAIN))
+    height = np.where(everywhere, np.inf, np.nan_to_num(limit, nan=-np.inf))
     order = np.argsort(-height, kind="stable")
     return NextSpeeds(
         lobe=lobes[order].astype(float),

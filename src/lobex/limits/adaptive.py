@@ -94,6 +94,8 @@ def _worth(limit: Limit) -> np.ndarray:
     y = limit.gain / height if height > 0 else limit.gain * 0.0
     gap = np.diff(x)
     status = np.where(limit.status_code == Status.TIE, Status.FOUND, limit.status_code)
+    # No curve ends between the two.
+    status = np.where(status == Status.STABLE_AT_ANY_GAIN, Status.NONE_IN_RANGE, status)
     stable = np.sum(np.isfinite(limit.intervals[:, :, 0]), axis=1)
     ends = (np.diff(status) != 0) | (np.diff(stable) != 0)
     return np.where(ends, gap, _bulge(gap, np.diff(y)))
