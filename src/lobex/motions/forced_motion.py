@@ -15,7 +15,7 @@ from lobex._batches import in_batches, over_few, together
 from lobex._broadcast import over_points
 from lobex._float64 import at_once, in_float64, widened
 from lobex._shapes import AnyArray, ArrayLike, Number
-from lobex._timing import spare_programs, timed
+from lobex._timing import Stopwatch, spare_programs, timed
 from lobex._warnings import SweepWarning, warn
 from lobex.grids.choice import AUTO, Auto
 from lobex.grids.evaluation import dominant_at_points
@@ -107,13 +107,20 @@ def orbit(
         **parts,
         **own,
         phase=phases,
-        quantity=quantity_of(process),
-        speed_unit=process.speed_unit,
-        process={"type": type(process).__name__} if traced else describe(process),
-        method=describe(chosen),
-        seconds=spent.seconds,
-        compiling=spent.compiling,
+        **of_call(process, chosen, spent, traced),
     )
+
+
+def of_call(process: Process, method: Duhamel, spent: Stopwatch, traced: bool) -> dict[str, Any]:
+    """What results say of the call that made them."""
+    return {
+        "quantity": quantity_of(process),
+        "speed_unit": process.speed_unit,
+        "process": {"type": type(process).__name__} if traced else describe(process),
+        "method": describe(method),
+        "seconds": spent.seconds,
+        "compiling": spent.compiling,
+    }
 
 
 def check_forced_motion(process: Process, speed: Any, gain: Any, method: Any) -> Duhamel:
@@ -178,7 +185,7 @@ def _lane(process: Process, method: Duhamel, wanted: Wanted, speed: Number, gain
 
 
 def _settled(
-    process: Process, speeds: np.ndarray, gains: np.ndarray, method: Duhamel, wanted: "Wanted"
+    process: Process, speeds: np.ndarray, gains: np.ndarray, method: Duhamel, wanted: Wanted
 ) -> dict[str, Any]:
     """The fields of an ``Orbit`` by lane; call in the scope of float64."""
     check_forced(process.system(speeds[0], gains[0]))
@@ -241,6 +248,7 @@ def _at_points(
 
 
 def check_forced(system: DelaySystem) -> None:
+    """Require a forcing."""
     if not system.forcing:
         raise ValueError(
             "process has no forcing, without which its only orbit is rest; give it one, such as feed_per_tooth of "

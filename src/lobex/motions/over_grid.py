@@ -24,6 +24,7 @@ from lobex.motions.forced_motion import (
     check_forced,
     check_forced_motion,
     heights_of,
+    of_call,
     status_of,
     traced_motion,
     warn_of,
@@ -34,9 +35,7 @@ from lobex.operators.duhamel import Duhamel
 from lobex.operators.elimination import inverse
 from lobex.operators.response import gauss_nodes
 from lobex.processes.process import Process
-from lobex.processes.quantity import quantity_of
 from lobex.results.codes import OrbitStatus
-from lobex.results.description import describe
 from lobex.results.orbit_map import CuttingMap, OrbitMap
 from lobex.systems.forced import as_feedback
 
@@ -83,12 +82,7 @@ def orbits(process: Process, speed: Any, gain: Any, method: Duhamel | Auto = AUT
         **parts,
         speed=speeds,
         gain=gains,
-        quantity=quantity_of(process),
-        speed_unit=process.speed_unit,
-        process={"type": type(process).__name__} if traced else describe(process),
-        method=describe(chosen),
-        seconds=spent.seconds,
-        compiling=spent.compiling,
+        **of_call(process, chosen, spent, traced),
     )
 
 

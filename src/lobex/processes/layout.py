@@ -7,6 +7,7 @@ import numpy as np
 from lobex import _checks
 from lobex._float64 import at_once
 from lobex._shapes import Number
+from lobex.processes.cutter import Cutter
 from lobex.processes.engagement import parts_of
 from lobex.processes.teeth import Parts
 from lobex.structures.modes import Modes
@@ -37,26 +38,35 @@ UNKNOWN = Layout()
 
 
 def layout_of(process: Any, arc: float) -> Layout:
-    """What is known of a milling process' period, at a known arc of the cut, rad."""
+    """What is known of a milling process' period, at a known arc of the cut, rad, but for its places."""
     alike, varied = process.cutter.alike, process.speed_variation
-    straight = process.cutter.helix is None and process.cutter.discs is None
-    layout = Layout(parts_of(arc, alike) if straight else None)
+    layout = Layout(parts_of(arc, alike) if _straight(process.cutter) else None)
     if varied is not None:
         layout = layout._replace(**dict(zip(("repeats", "cycles"), varied.passes(alike), strict=True)))
     known = not _checks.is_traced(process.cutter.pitch) and process.cutter.one_helix
     bounds = (float(np.min(process.cutter.shares)), float(np.max(process.cutter.shares))) if known else (0.0, 1.0)
     if varied is not None:
         bounds = tuple(bound / layout.repeats for bound in varied.delay_range(*bounds))
-    layout = layout._replace(shortest=bounds[0], longest=bounds[1])
-    steady = varied is None and (not straight or alike == process.teeth)
-    if not known or steady or _checks.is_traced((process.tangential, process.normal, process.modes, varied)):
-        return layout
-    object.__setattr__(process, "layout", layout)
+    return layout._replace(shortest=bounds[0], longest=bounds[1])
+
+
+def places_of(process: Any) -> Places | None:
+    """Where pieces of a milling process' period end, once its layout is known; None where every place may matter."""
+    cutter, varied = process.cutter, process.speed_variation
+    straight = _straight(cutter)
+    known = not _checks.is_traced((cutter.pitch, process.tangential, process.normal, process.modes, varied))
+    steady = varied is None and (not straight or cutter.alike == cutter.teeth)
+    if not known or not cutter.one_helix or steady:
+        return None
     with at_once():
         system = process.system(_some_speed(process.modes), 1.0)
         # With a helix they move with the depth.
-        places = places_that_matter(system) if straight else places_by_angle(system, layout.repeats)
-        return layout._replace(places=places)
+        return places_that_matter(system) if straight else places_by_angle(system, process.layout.repeats)
+
+
+def _straight(cutter: Cutter) -> bool:
+    """Whether jumps stand where they are at any depth."""
+    return cutter.helix is None and cutter.discs is None
 
 
 def _some_speed(modes: Modes | ModesOverSpeed) -> Number:

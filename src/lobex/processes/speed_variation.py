@@ -100,9 +100,7 @@ class SpeedVariation:
         rotation = self.rotation(cycles)
 
         def turned(term: Any) -> Any:
-            coefficient = term.coefficient
-            if not coefficient.constant:
-                term = replace(term, coefficient=AtAngle(coefficient, rotation, repeats))
+            term = replace(term, coefficient=_at_angle(term.coefficient, rotation, repeats))
             delay = getattr(term, "delay", None)
             return term if delay is None else replace(term, delay=SinceAngle(delay, rotation, repeats))
 
@@ -110,9 +108,8 @@ class SpeedVariation:
 
     def per_pace(self, coefficient: Coefficient, repeats: int = 1, cycles: int = 1) -> Coefficient:
         """A coefficient of even turning that goes with the inverse of the speed."""
-        rotation: Any = self.rotation(cycles)
-        inner: Any = coefficient if coefficient.constant else AtAngle(coefficient, rotation, repeats)
-        return ByPace(inner, rotation)
+        rotation = self.rotation(cycles)
+        return ByPace(_at_angle(coefficient, rotation, repeats), rotation)
 
     def _terms(self) -> Float[AnyArray, "2 K"]:
         """p by its cosines and sines, k = 1 … K."""
@@ -149,6 +146,11 @@ class SpeedVariation:
                 f"give one that leaves {_SLOWEST:g} of it"
             )
         return min(ceil(largest * _STEPS - _ROUNDING) / _STEPS, 1 - _SLOWEST)
+
+
+def _at_angle(coefficient: Coefficient, rotation: Any, repeats: Any) -> Any:
+    """A coefficient of even turning, of one that varies."""
+    return coefficient if coefficient.constant else AtAngle(coefficient, rotation, repeats)
 
 
 def check_variation(variation: Any) -> None:
