@@ -12,6 +12,7 @@ from lobex._float64 import at_once, widened
 from lobex._timing import timed
 from lobex._warnings import SweepWarning, warn
 from lobex.grids.evaluation import dominant_at_points, dominant_over_grid
+from lobex.motions.cut_along import furthest_of
 from lobex.motions.forced_motion import BATCH, orbit
 from lobex.operators.duhamel import Duhamel
 from lobex.processes.process import check_gain, check_process, check_speed
@@ -320,7 +321,6 @@ def _motion(process: Any, speeds: np.ndarray, depths: np.ndarray) -> _Motion:
     # So many that one program serves all calls.
     filled = np.resize(np.arange(len(speeds)), max(len(speeds), BATCH))
     motion: Any = orbit(process, speeds[filled], depths[filled], phase=[0.0])
-    walls = motion.surface_location_error.reshape(len(filled), -1)
-    furthest = walls[np.arange(len(walls)), np.argmax(np.abs(walls), axis=1)]
-    parts = motion.mean_power, motion.highest_torque, furthest, motion.status_code
+    wall: Any = furthest_of(motion.surface_location_error, np)
+    parts = motion.mean_power, motion.highest_torque, wall, motion.status_code
     return _Motion(*(part[: len(speeds)] for part in parts))

@@ -105,6 +105,13 @@ def left_at(
     return (at_walls[:, : len(weights)] @ weights).reshape(jnp.shape(passes))
 
 
+def furthest_of(left: Float[AnyArray, "*lanes teeth h"], lib: Any) -> Float[AnyArray, " *lanes"]:
+    """Of what all teeth leave at all heights that which is furthest from none, with its sign."""
+    walls = left.reshape(*left.shape[:-2], -1)
+    furthest = lib.argmax(lib.abs(walls), axis=-1)
+    return lib.take_along_axis(walls, furthest[..., None], axis=-1)[..., 0]
+
+
 def _phases(path: Path, points: np.ndarray) -> Float[AnyArray, " M_p"]:
     """Points of every piece as phases."""
     return (path.start[:, None] + path.length[:, None] * points).ravel()

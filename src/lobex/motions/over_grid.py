@@ -18,7 +18,7 @@ from lobex._shapes import AnyArray, Number
 from lobex._timing import carried, timed
 from lobex.grids.choice import AUTO, Auto, chosen_method
 from lobex.grids.evaluation import dominant_over_grid
-from lobex.motions.cut_along import OverPeriod, left_at, over_period, toothed, walls
+from lobex.motions.cut_along import OverPeriod, furthest_of, left_at, over_period, toothed, walls
 from lobex.motions.forced_motion import (
     Wanted,
     check_forced,
@@ -144,10 +144,8 @@ def _of_cut(left: Any, over: Any, speed: Any, lib: Any) -> dict[str, Any]:
     """Those fields of a ``CuttingMap``, by lane."""
     if left is None:
         return {}
-    walls = left.reshape(*left.shape[:-2], -1)
-    furthest = lib.argmax(lib.abs(walls), axis=-1)
     return {
-        "location_error": lib.take_along_axis(walls, furthest[..., None], axis=-1)[..., 0],
+        "location_error": furthest_of(left, lib),
         "mean_power": 2 * np.pi * speed * over.mean_torque,
         "highest_torque": over.highest_torque,
         "pulled": lib.max(over.pulled, axis=-1),

@@ -18,6 +18,9 @@ from lobex.structures.eigenproblem import keep_modes, vibration_modes
 from lobex.structures.matrices import is_sparse, whole
 from lobex.structures.modal_table import table_of
 
+SHAPES = ("shape", "force_shape", "quadrature", "force_quadrature")
+"""Of modes at the contact: what it sees of them and how it loads them, in phase and in quadrature."""
+
 
 @pytree()
 class Modes:
@@ -302,16 +305,23 @@ def _together(parts: Sequence[tuple[Modes, Any]]) -> tuple[Any, ...]:
     """Fields of all modes, their shapes times what goes with each part: (n, 1) times a direction, or a sign."""
     lib = namespace(parts)
     fields = [lib.concatenate([getattr(m, name) for m, _ in parts]) for name in ("angular_frequency", "damping_ratio")]
-    for name in ("shape", "force_shape", "quadrature", "force_quadrature"):
-        if all(getattr(modes, name) is None for modes, _ in parts):
-            fields.append(None)
-            continue
-        sides = [modes.loading if name == "force_shape" else getattr(modes, name) for modes, _ in parts]
-        filled = [
-            lib.zeros(np.shape(m.shape)) if side is None else side for side, (m, _) in zip(sides, parts, strict=True)
-        ]
-        fields.append(lib.concatenate([lib.asarray(f) * by for f, (_, by) in zip(filled, parts, strict=True)]))
+    for name in SHAPES:
+        sides = shapes_of([modes for modes, _ in parts], name)
+        scaled = None if sides is None else [side * by for side, (_, by) in zip(sides, parts, strict=True)]
+        fields.append(None if scaled is None else lib.concatenate(scaled))
     return tuple(fields)
+
+
+def shapes_of(modes: Sequence[Modes], name: str) -> list[Any] | None:
+    """What each of several modes has of one of ``SHAPES``, zeros where it has none; None where none of them has."""
+    if all(getattr(one, name) is None for one in modes):
+        return None
+    lib = namespace(modes)
+    sides = [one.loading if name == "force_shape" else getattr(one, name) for one in modes]
+    return [
+        lib.zeros(np.shape(one.shape)) if side is None else lib.asarray(side)
+        for side, one in zip(sides, modes, strict=True)
+    ]
 
 
 @in_float64

@@ -12,9 +12,7 @@ from lobex._float64 import in_float64
 from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray, ArrayLike, Number
-from lobex.structures.modes import Modes
-
-_SHAPES = ("shape", "force_shape", "quadrature", "force_quadrature")
+from lobex.structures.modes import SHAPES, Modes, shapes_of
 
 
 @pytree()
@@ -102,7 +100,7 @@ class ModesOverSpeed:
             part = lib.asarray(part)
             return part[row] + share * (part[row + 1] - part[row])
 
-        fields = ("angular_frequency", "damping_ratio", *_SHAPES)
+        fields = ("angular_frequency", "damping_ratio", *SHAPES)
         known = {name: getattr(self, name) for name in fields}
         # Without the checks of the constructor, which would refuse what is no number.
         made = object.__new__(Modes)
@@ -114,18 +112,10 @@ class ModesOverSpeed:
 @in_float64
 def _table(modes: Sequence[Modes]) -> tuple[Any, ...]:
     lib = namespace(modes)
-    shape = lib.stack([lib.asarray(one.shape) for one in modes])
-    sign = lib.stack(_signs(shape))[..., None]
+    sign = lib.stack(_signs(lib.stack([lib.asarray(one.shape) for one in modes])))[..., None]
     table = [lib.stack([lib.asarray(getattr(one, n)) for one in modes]) for n in ("angular_frequency", "damping_ratio")]
-    table.append(sign * shape)
-    for name in _SHAPES[1:]:
-        if all(getattr(one, name) is None for one in modes):
-            table.append(None)
-            continue
-        parts = [one.loading if name == "force_shape" else getattr(one, name) for one in modes]
-        zero = lib.zeros(np.shape(shape)[1:])
-        table.append(sign * lib.stack([zero if part is None else lib.asarray(part) for part in parts]))
-    return tuple(table)
+    shapes = [shapes_of(modes, name) for name in SHAPES]
+    return (*table, *(None if parts is None else sign * lib.stack(parts) for parts in shapes))
 
 
 def _signs(shape: Float[AnyArray, "k n r"]) -> list[Float[AnyArray, " n"]]:
