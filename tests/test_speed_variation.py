@@ -147,6 +147,8 @@ def test_derivatives_by_the_amplitude_are_those_of_differences():
         (lambda: lobex.SpeedVariation(1.0, 0.1), "amplitude = 1 takes the speed to 0 of its mean"),
         (lambda: lobex.SpeedVariation(-0.1, 0.1), "amplitude = -0.1"),
         (lambda: lobex.SpeedVariation(0.1, 0.0), "frequency_ratio = 0"),
+        (lambda: lobex.SpeedVariation(0.1, 1e-6), "frequency_ratio = 1e-06 is of no spindle"),
+        (lambda: lobex.SpeedVariation(0.1, 100.0), "frequency_ratio = 100 is of no spindle"),
         (lambda: lobex.SpeedVariation(0.1, 0.1, [1.0, 2.0, 3.0]), "profile has the mean 2"),
         (lambda: lobex.SpeedVariation(0.1, 0.1, [1.0, -1.0]), "an odd number of samples"),
         (lambda: mill(lobex.SpeedVariation(0.1, np.pi)), "frequency_ratio = 3.1415"),

@@ -135,6 +135,8 @@ FORCE = "[force]\ntangential = 6e8\nnormal = 2e8\n"
         (MODE.replace("mass = 0.5", "") + FORCE, "mass"),
         (MODE + "[force]\ntangential = 6e8\n", r"\[force\]: .*normal"),
         ("modes = 3\n" + FORCE, r"write \[\[modes\]\]"),
+        ("modes = []\n" + FORCE, r"write \[\[modes\]\] above each mode"),
+        ("modes = [3]\n" + FORCE, r"write \[\[modes\]\] above each mode"),
         (MODE + FORCE + "[speed_variation]\namplitude = 1.0\nfrequency_ratio = 0.1\n", "of its mean"),
     ],
 )

@@ -61,6 +61,11 @@ class SpeedVariation:
         ratio = _checks.as_numbers("frequency_ratio", self.frequency_ratio)
         if ratio is None or ratio.ndim:
             raise ValueError("frequency_ratio is traced; give a number: the period of the whole depends on it")
+        if not 1 / _MOST_PASSES <= ratio <= _MOST_CYCLES:
+            raise ValueError(
+                f"frequency_ratio = {float(ratio):.6g} is of no spindle; give variations per revolution, from "
+                f"{1 / _MOST_PASSES:.2g} to {_MOST_CYCLES}"
+            )
         object.__setattr__(self, "frequency_ratio", float(ratio))
         object.__setattr__(self, "profile", _checks.as_array(self.profile))
         if self.profile is not None:

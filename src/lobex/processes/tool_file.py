@@ -87,6 +87,8 @@ def _force(table: dict[str, Any]) -> CuttingForce:
 
 def _modes(rows: list[dict[str, Any]]) -> Modes:
     """Of both ends, in as many directions as the axes that are named."""
+    if not rows or not all(isinstance(row, dict) for row in rows):
+        raise ValueError("it is no list of tables; write [[modes]] above each mode")
     for number, row in enumerate(rows):
         _known(f"mode {number + 1}", row, _MODE)
         _checks.choice("of", row.get("of", "tool"), _ENDS)
