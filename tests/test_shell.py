@@ -164,6 +164,7 @@ def test_the_shell_computes_what_the_library_computes(shell, tmp_path):
         (("lobes", "turning", "--mass", "1,2"), "mass has 2 values for 1 natural frequencies"),
         (("lobes", "milling", "--mass-y", "2"), "give --directions 2 or drop mass_y"),
         (("march", "rub", "--speed", "50:90:9"), "18 points; give at most 6"),
+        (("march", "rub", "--speed", "1e-12"), "speed = 1e-12 Hz leaves rate"),
         (("lobes", "rub", "--speed", "90:50:10"), "not strictly increasing"),
         (("lobes", "rub", "--speed", "50:90:2.5"), "speed = '50:90:2.5'"),
         (("lobes", "rub", "--gain", "-1:5:10"), "gain = [-1, "),

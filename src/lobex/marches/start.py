@@ -19,6 +19,8 @@ History = Callable[[np.ndarray], Any]
 
 # (4.3) multiplies by 1.0005 at every step of 1e-6 s.
 _THESIS_RATE = math.log(1.0005) / 1e-6
+# Beyond that no number holds what grows.
+_MOST_GROWTH = 600.0
 
 
 def growing_history(
@@ -38,6 +40,10 @@ def growing_history(
 
     Returns:
         The history of the tip's displacement and the state at t = 0, for ``march_delay``'s ``history`` and ``state``.
+
+    Raises:
+        ValueError: for what is no rod, speeds that are not above zero, numbers that are not finite, and a growth in a
+            revolution that no number holds.
     """
     if not isinstance(rod, Rod):
         raise ValueError(f"rod = {_checks.brief(rod)} is no rod; give lobex.Rod()")
@@ -48,6 +54,11 @@ def growing_history(
         _checks.as_numbers(name, value)
     angular_frequency, displacement, shape = _nodes_in_modes(rod, keep)
     delay = 1 / np.asarray(speed, dtype=float)[..., None]
+    if np.max(rate * delay) > _MOST_GROWTH:
+        raise ValueError(
+            f"speed = {1 / np.max(delay):.6g} Hz leaves rate = {rate:.6g}/s to grow by more than e^{_MOST_GROWTH:g} in "
+            "a revolution; give a higher speed, or a lower rate"
+        )
     contact = float(displacement @ shape) * tip
 
     def history(time: np.ndarray) -> np.ndarray:
