@@ -97,7 +97,7 @@ def two_cores(kind: str) -> float:
     def point(speed: Any, gain: Any) -> Any:
         system = MILL.system(speed, gain)
         prepared = method.prepare(system)
-        return power.pair_by_squaring(method.assemble(prepared, method.respond(prepared, system, inverse)), 8).value
+        return power.pair_by_squaring(method.assemble(method.respond(prepared, system, inverse), system), 8).value
 
     speed, gain = np.tile(np.linspace(40, 400, 64), BATCH // 64), np.repeat(np.linspace(0, 5e-3, BATCH // 64), 64)
     size = 512

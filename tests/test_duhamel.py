@@ -163,7 +163,7 @@ def test_a_present_force_without_the_gain_is_taken_in_once_and_for_all():
     method = lobex.Duhamel(nodes=18)
     with jax.enable_x64(True):
         each, once = (
-            method.assemble(prepared, method.respond(prepared, system, jnp.linalg.inv))
+            method.assemble(method.respond(prepared, system, jnp.linalg.inv), system)
             for prepared in (method.prepare(system, False), method.prepare(system, True))
         )
     assert np.asarray(once) == pytest.approx(np.asarray(each), rel=1e-12, abs=1e-13)

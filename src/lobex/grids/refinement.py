@@ -322,14 +322,14 @@ def _with_errors(
         system = process.system(speed, gain)
         mine = method.prepare(system) if prepared is None else jax.tree.map(lambda part: part[row], prepared)
         forces = method.forces(system)
-        respond = method.respond(mine, system, pivoted_inverse if densely else inverse, forces)
-        matrix = method.assemble(mine, respond)
+        pieces = method.respond(mine, system, pivoted_inverse if densely else inverse, forces)
+        matrix = method.assemble(pieces, system)
         if densely:
             value, vector = dense.pair_by_eigensolver(matrix)
             pair = Pair(*map(as_pair, (value, vector, dense.left_vector(matrix, value, vector))))
         else:
             pair = power.pair_by_squaring(matrix, squarings)
-        motion = method.motion(mine, respond, system, pair, forces)
+        motion = method.motion(mine, pieces, system, pair, forces)
         frequency = carrier_frequency(motion.phase, motion.weight, motion.output, system.period, pair.value)
         return as_complex(pair.value), frequency, motion.error, motion.rounding, motion.defect
 

@@ -155,7 +155,7 @@ def _family(process: Process, method: Method, prepared: Any, speed: Number, dens
         def assembled(gain: Number) -> Float[Array, "N N"]:
             system = process.system(speed, gain)
             mine = method.prepare(system) if prepared is None else prepared
-            return method.assemble(mine, method.respond(mine, system, solve))
+            return method.assemble(method.respond(mine, system, solve), system)
 
         return assembled
     return lambda gain: method.operator(process.system(speed, gain)).matrix
@@ -186,8 +186,8 @@ def _label(
         pair = Pair(*map(as_pair, (value, triple.right, triple.left / (triple.left @ triple.right))))
         prepared = method.prepare(system) if prepared is None else prepared
         forces = method.forces(system)
-        respond = method.respond(prepared, system, pivoted_inverse if densely else inverse, forces)
-        motion = method.motion(prepared, respond, system, pair, forces)
+        pieces = method.respond(prepared, system, pivoted_inverse if densely else inverse, forces)
+        motion = method.motion(prepared, pieces, system, pair, forces)
         frequency = carrier_frequency(motion.phase, motion.weight, motion.output, system.period, as_pair(value))
         error = motion.error + motion.rounding
     else:

@@ -224,9 +224,9 @@ def _at_rows(
         system = process.system(speed, gain)
         closed = as_feedback(system)
         prepared = method.prepare(closed)
-        respond = method.respond(prepared, closed, inverse)
-        _, held, rounding = repeating(system, method.assemble(prepared, respond))
-        path, r = followed(system, method, prepared, respond, held), system.output_size
+        pieces = method.respond(prepared, closed, inverse)
+        _, held, rounding = repeating(system, method.assemble(pieces, closed))
+        path, r = followed(system, method, pieces, held), system.output_size
         at_walls = path.at(walls(process, gain, height))[:, :r]
         terms = path.terms[..., :r]
         motion = seen(system, at_walls, -highest_of(-terms), highest_of(terms), rounding)

@@ -13,7 +13,7 @@ from lobex.floquet import power
 from lobex.operators.chebyshev import chebyshev_points, chebyshev_polynomials
 from lobex.operators.duhamel import Duhamel
 from lobex.operators.elimination import pivoted_inverse
-from lobex.operators.prepared import Prepared
+from lobex.operators.over_pieces import Pieces
 from lobex.systems.forced import as_feedback
 from lobex.systems.mesh import mesh_of
 from lobex.systems.system import DelaySystem
@@ -94,10 +94,9 @@ def periodic(system: DelaySystem, method: Duhamel, phase: Float[AnyArray, " S"])
         phase: phases t/T where y is wanted, (S,).
     """
     closed = as_feedback(system)
-    prepared = method.prepare(closed)
-    respond = method.respond(prepared, closed, pivoted_inverse)
-    shift, held, rounding = repeating(system, method.assemble(prepared, respond))
-    path = followed(system, method, prepared, respond, held)
+    pieces = method.respond(method.prepare(closed), closed, pivoted_inverse)
+    shift, held, rounding = repeating(system, method.assemble(pieces, closed))
+    path = followed(system, method, pieces, held)
     terms = path.terms[..., : system.output_size]
     pair = power.pair_by_squaring(jax.lax.stop_gradient(shift), _SQUARINGS)
     found = Periodic(
@@ -129,15 +128,14 @@ def repeating(
 def followed(
     system: DelaySystem,
     method: Duhamel,
-    prepared: Prepared,
-    respond: Float[Array, "M qe L"],
+    pieces: Pieces,
     held: Float[Array, " L"],
 ) -> Path:
     """The motion of a system over the period after a state, from what ``method`` makes of it as feedback."""
     closed, r = as_feedback(system), system.output_size
     if system.remembered is not None:
         closed = replace(closed, outputs=jnp.concatenate([closed.outputs, closed.recalled], axis=1))
-    terms, mesh = method.path(prepared, respond, closed, held), mesh_of(closed)
+    terms, mesh = method.path(pieces, closed, held), mesh_of(closed)
     # Without the output that is 1 at all times.
     return Path(jnp.concatenate([terms[..., :r], terms[..., r + 1 :]], axis=-1), mesh.start, mesh.length)
 

@@ -15,7 +15,7 @@ from lobex.operators.exponential import exponential
 from lobex.operators.lookup import look_up
 from lobex.operators.operator import MOST_NODES, MonodromyOperator, in_form
 from lobex.systems.mesh import Mesh, mesh_of, pieces_of
-from lobex.systems.system import DelaySystem, Forces, dense_outputs
+from lobex.systems.system import DelaySystem, Forces, Link, dense_outputs
 
 # A loop over so few pieces is written out.
 _FEW = 4
@@ -90,7 +90,7 @@ class Chebyshev:
         """
         mesh = self._mesh(system)
         remembered = system.state_size if self.full else np.shape(system.recalled)[1]
-        stored = (self.nodes - 1) * mesh.history + (not mesh.repeats)
+        stored = (self.nodes - 1) * mesh.history + (not system.repeats)
         return system.state_size + remembered * (stored - (mesh.gap is None))
 
     def finer(self) -> "Chebyshev":
@@ -106,7 +106,7 @@ class Chebyshev:
             return mesh_of(system)
         if not system.repeats:
             raise ValueError("aligned = False takes systems whose only delay is the period; leave it out")
-        return Mesh(jnp.zeros(1), jnp.ones(1), None, 1, True, False)
+        return Mesh(jnp.zeros(1), jnp.ones(1), None, 1, False, (Link(0, 1, 0),))
 
     def _operator(self, system: DelaySystem) -> MonodromyOperator:
         mesh, q, d = self._mesh(system), self.nodes - 1, system.state_size
@@ -117,7 +117,7 @@ class Chebyshev:
         past = identity[d:] if mesh.gap is not None else jnp.concatenate([identity[d:], memory @ identity[:d]])
         response = self._response(system, mesh)
         forces = self._forces(system, mesh)
-        found = None if mesh.repeats else _looked_up(system, mesh, self.nodes)
+        found = None if system.repeats else _looked_up(system, mesh, self.nodes)
         flights = None if mesh.gap is None else _flights(system, mesh.gap, chebyshev_points(2 * self.nodes), output)
 
         def acted(coefficient: Float[AnyArray, "q e r"], values: Float[Array, "qr p"]) -> Float[Array, "qe p"]:
@@ -173,7 +173,7 @@ class Chebyshev:
         self, system: DelaySystem, mesh: Mesh
     ) -> tuple[Float[Array, "M rows d"], Float[Array, "M rows qe"], Float[Array, "M d d"], Float[Array, "M d qe"]]:
         """``collocated_response`` over all pieces."""
-        idle = [piece.idle for piece in pieces_of(system) if piece.idle is not True] if mesh.repeats else []
+        idle = [piece.idle for piece in pieces_of(system) if piece.idle is not True] if system.repeats else []
         if not self.aligned or all(mark is False for mark in idle):
             return jax.vmap(lambda length: collocated_response(system, length, self.nodes))(mesh.length)
         marks = jnp.stack([jnp.asarray(mark) for mark in idle])

@@ -16,6 +16,7 @@ from lobex.floquet.power import Pair, rotation
 from lobex.operators.elimination import pivoted_inverse
 from lobex.operators.estimate import InContact, estimated_error, rounding, sizes_of, unresolved, unresolved_force
 from lobex.operators.operator import MOST_NODES, MonodromyOperator
+from lobex.operators.over_pieces import March, Pieces, acting, marched, matrix_of, rows, state_size
 from lobex.operators.prepared import Prepared, points_between, prepare
 from lobex.operators.response import forced_response, gauss_nodes
 from lobex.systems.mesh import Mesh, mesh_of
@@ -27,7 +28,6 @@ _NODES = 40
 # Samples of the free vibration over a piece without force, where nobody says how many waves there are: 80 of them.
 IN_FLIGHT = 256
 _FINEST, _COARSEST = 1e-12, 1e-2
-_FEW = 4
 
 
 class Motion(NamedTuple):
@@ -85,18 +85,18 @@ class Duhamel:
         return _NODES if self.nodes is None else self.nodes
 
     def operator(self, system: DelaySystem) -> MonodromyOperator:
-        """The monodromy operator; its state is z as long ago as the system remembers, and the scaled forces since."""
+        """The monodromy operator; its state is z, and the scaled forces that the past has due."""
         prepared, mesh = self.prepare(system), mesh_of(system)
-        respond = self.respond(prepared, system, pivoted_inverse)
-        march = _marched(prepared, respond, jnp.eye(jnp.shape(respond)[-1], dtype=respond.dtype))
+        pieces = self.respond(prepared, system, pivoted_inverse)
+        march = marched(pieces, mesh, jnp.eye(self.size(system), dtype=pieces.answer.dtype))
         parts = _parts(prepared, march)
         outputs = (parts.free + parts.forced).reshape(mesh.pieces, self.count, system.output_size, -1)
         phase, weight, outputs = self._samples(prepared, mesh, parts.flown + parts.pushed, outputs)
         return MonodromyOperator(march.end, phase, weight, _output_scale(system) * outputs)
 
     def size(self, system: DelaySystem) -> int:
-        """N: d + e·nodes per piece that the longest delay reaches back."""
-        return system.state_size + system.force_size * self.count * mesh_of(system).history
+        """N: d + e·nodes per piece of a delay to come in which the past has forces due."""
+        return state_size(mesh_of(system), system.state_size, system.force_size * self.count)
 
     def finer(self) -> "Duhamel":
         """The same with half as many nodes again."""
@@ -121,40 +121,38 @@ class Duhamel:
         # Forces that delays shorter than a piece bring act within it, and follow the gain.
         if not resolved or prepared.recent is not None:
             return prepared
-        return replace(prepared, resolvent=_resolvents(prepared, self.forces(system), pivoted_inverse))
+        return replace(prepared, resolvent=_resolvents(_looped(prepared, self.forces(system)), pivoted_inverse))
 
     def respond(
         self, prepared: Prepared, system: DelaySystem, inverse: Inverse, forces: Forces | None = None
-    ) -> Float[Array, "M qe N"]:
-        """The forces at the nodes of every piece that its past makes, (M, e·q, N).
+    ) -> Pieces:
+        """What every piece does to the state.
 
         With ``inverse`` for the matrices (e·q, e·q) of the contact, and ``forces`` of the system where these are known.
         """
-        forces = forces or self.forces(system)
-        driven = _rows(forces.present, prepared.free)
-        for index, coefficient in enumerate(forces.delayed):
-            driven = driven + _rows(coefficient, prepared.remembered[:, index])
-        resolvent = _resolvents(prepared, forces, inverse) if prepared.resolvent is None else prepared.resolvent
-        return resolvent @ driven
+        forces, mesh = forces or self.forces(system), mesh_of(system)
+        looped, d = _looped(prepared, forces), system.state_size
+        resolvent = _resolvents(looped, inverse) if prepared.resolvent is None else prepared.resolvent
+        readers = np.array([(link.piece + link.later) % mesh.pieces for link in mesh.links])
+        if mesh.to_nodes:
+            acts = jnp.stack(forces.delayed)[np.array([link.delay for link in mesh.links]), readers]
+            left = rows(acts, prepared.left[:, 0])
+        else:
+            left = sum(rows(acts[readers], prepared.left[:, index]) for index, acts in enumerate(forces.delayed))
+        return Pieces(
+            answer=jnp.concatenate([resolvent @ looped[..., :d], resolvent], axis=2),
+            onward=prepared.onward,
+            left=left,
+        )
 
-    def assemble(self, prepared: Prepared, respond: Float[Array, "M qe N"]) -> Float[Array, "N N"]:
-        """The operator's matrix, (N, N); a product with the identity is spared."""
-        size = jnp.shape(respond)[-1]
-        first = _moved_on(jnp.eye(size, dtype=respond.dtype), prepared.advance[0], respond[0])
-        if len(respond) == 1:
-            return first
-
-        def over(
-            past: Float[Array, "N N"], piece: tuple[Float[Array, "qe N"], Float[Array, "d N"]]
-        ) -> tuple[Float[Array, "N N"], None]:
-            return _moved_on(past, piece[1] @ past, piece[0] @ past), None
-
-        return jax.lax.scan(over, first, (respond[1:], prepared.advance[1:]), unroll=_unrolled(respond))[0]
+    def assemble(self, pieces: Pieces, system: DelaySystem) -> Float[Array, "N N"]:
+        """The operator's matrix, (N, N)."""
+        return matrix_of(pieces, mesh_of(system))
 
     def motion(
         self,
         prepared: Prepared,
-        respond: Float[Array, "M qe N"],
+        pieces: Pieces,
         system: DelaySystem,
         pair: Pair,
         forces: Forces | None = None,
@@ -162,14 +160,16 @@ class Duhamel:
         """The motion of a multiplier μ and its state, how far they miss the equations, and the error of |μ|."""
         value, vector, mirrored = pair
         d, mesh, forces = system.state_size, mesh_of(system), forces or self.forces(system)
-        march = _marched(prepared, respond, vector)
+        march = marched(pieces, mesh, vector)
         parts = _parts(prepared, march)
         after = (parts.free + parts.forced).reshape(mesh.pieces, self.count, -1, 2)
-        recalled = parts.recalled.reshape(mesh.pieces, len(forces.delayed), self.count, -1, 2)
-        acting = [_act(forces.present, after)]
-        acting += [_act(coefficient, recalled[:, k]) for k, coefficient in enumerate(forces.delayed)]
-        unmet_force = march.forces.reshape(jnp.shape(acting[0])) - sum(acting)
-        ends = jnp.stack([parts.start, parts.flown + parts.pushed], axis=1)
+        acts = [acting(forces.present, after), march.due.reshape(mesh.pieces, self.count, -1, 2)]
+        if prepared.recent is not None:
+            own = jnp.concatenate([march.starts, march.forces], axis=1)
+            for index, coefficient in enumerate(forces.delayed):
+                acts.append(rows(coefficient, prepared.recent[:, index] @ own).reshape(jnp.shape(acts[0])))
+        unmet_force = march.forces.reshape(jnp.shape(acts[0])) - sum(acts)
+        ends = jnp.stack([march.starts, parts.flown + parts.pushed], axis=1)
         shape = system.output_matrix() / _output_scale(system)
         now, later = (sizes_of(outputs) / _scale(system) for outputs in (system.outputs, system.recalled))
         unscaled = _size(forces.present * now), sum(_size(part * later) for part in forces.delayed)
@@ -177,10 +177,10 @@ class Duhamel:
             length=mesh.length,
             missed=prepared.missed,
             force=jnp.stack(jnp.broadcast_arrays(*unscaled), axis=1),
-            unresolved_force=mesh.length[:, None] * jax.vmap(unresolved_force)(unmet_force + sum(acting)),
+            unresolved_force=mesh.length[:, None] * jax.vmap(unresolved_force)(unmet_force + sum(acts)),
             unresolved=jax.vmap(unresolved)(after, jnp.einsum("rd,mkdp->mkrp", shape, ends)),
             unmet=_squares(unmet_force),
-            terms=jnp.stack([_squares(parts.flown) + _squares(parts.pushed), sum(map(_squares, acting))], axis=1),
+            terms=jnp.stack([_squares(parts.flown) + _squares(parts.pushed), sum(map(_squares, acts))], axis=1),
         )
         missed = march.end - vector @ rotation(value)
         unmet = jnp.stack([jnp.sum(missed[:d] ** 2), jnp.sum(missed[d:] ** 2) + jnp.sum(contacts.unmet)])
@@ -196,12 +196,10 @@ class Duhamel:
             rounding=condition @ rounding(system, contacts, unmet, held * jnp.sum(value**2)),
         )
 
-    def path(
-        self, prepared: Prepared, respond: Float[Array, "M qe N"], system: DelaySystem, state: Float[Array, " N"]
-    ) -> Float[AnyArray, "M terms r"]:
+    def path(self, pieces: Pieces, system: DelaySystem, state: Float[Array, " N"]) -> Float[AnyArray, "M terms r"]:
         """y over the period after a state (N,), between nodes too: Chebyshev terms of every piece, (M, terms, r)."""
-        march = _marched(prepared, respond, state[:, None])
-        known = jnp.concatenate([_parts(prepared, march).start, march.forces], axis=1)[..., 0]
+        march = marched(pieces, mesh_of(system), state[:, None])
+        known = jnp.concatenate([march.starts, march.forces], axis=1)[..., 0]
         points = points_between(self.count)
         synthesis = np.linalg.inv(np.polynomial.chebyshev.chebvander(2 * points - 1, len(points) - 1))
         seen = replace(system, inputs=system.inputs / _force_scale(system), remembered=None)
@@ -241,72 +239,35 @@ class Duhamel:
         return jax.tree.map(lambda part: _scale(system) * part, jax.vmap(over)(mesh.start, mesh.length))
 
 
-class _March(NamedTuple):
-    """The past of every piece, (M, N, …), the forces at its nodes, (M, q·e, …), and the past at the end, (N, …)."""
-
-    pasts: Float[Array, "M N p"]
-    forces: Float[Array, "M qe p"]
-    end: Float[Array, "N p"]
-
-
-def _marched(prepared: Prepared, respond: Float[Array, "M qe N"], past: Float[Array, "N p"]) -> _March:
-    """March a past over the period, piece by piece."""
-
-    def over(
-        past: Float[Array, "N p"], piece: tuple[Float[Array, "qe N"], Float[Array, "d N"]]
-    ) -> tuple[Float[Array, "N p"], tuple[Float[Array, "N p"], Float[Array, "qe p"]]]:
-        force = piece[0] @ past
-        return _moved_on(past, piece[1] @ past, force), (past, force)
-
-    steps = respond, prepared.advance
-    end, (pasts, forces) = jax.lax.scan(over, past, steps, unroll=_unrolled(respond))
-    return _March(pasts, forces, end)
-
-
 class _Parts(NamedTuple):
-    """What is known of a march, piece by piece: of z at the start, of z at the end, and at the nodes, from the past and
-    from the forces of the same piece apart.
-    """
+    """What pieces make of z at their start and of the forces in them, apart: outputs at the nodes, and z at the end."""
 
     free: Float[Array, "M qr p"]
     forced: Float[Array, "M qr p"]
-    recalled: Float[Array, "M Kqm p"]
-    start: Float[Array, "M d p"]
     flown: Float[Array, "M d p"]
     pushed: Float[Array, "M d p"]
 
 
-def _parts(prepared: Prepared, march: _March) -> _Parts:
-    outputs, first, landed, advance = prepared.starts
-    past, force = prepared.past[:, :advance] @ march.pasts, prepared.force @ march.forces
-    end = outputs + prepared.sizes[3]
-    recalled = past[:, outputs:first]
-    if jnp.shape(force)[1] > end:
-        recalled = recalled + force[:, end:]
-    return _Parts(
-        past[:, :outputs], force[:, :outputs], recalled, past[:, first:landed], past[:, landed:], force[:, outputs:end]
-    )
+def _parts(prepared: Prepared, march: March) -> _Parts:
+    d, outputs = jnp.shape(prepared.landed)[1], jnp.shape(prepared.seen)[1]
+    made = jnp.concatenate([prepared.seen, prepared.landed], axis=1)
+    free, forced = made[..., :d] @ march.starts, made[..., d:] @ march.forces
+    return _Parts(free[:, :outputs], forced[:, :outputs], free[:, outputs:], forced[:, outputs:])
 
 
-def _unrolled(pieces: Float[Array, "M _ _"]) -> bool | int:
-    """A loop over few pieces is written out."""
-    return jnp.shape(pieces)[0] <= _FEW or 1
-
-
-def _moved_on(
-    past: Float[Array, "N p"], oldest: Float[Array, "d p"], force: Float[Array, "qe p"]
-) -> Float[Array, "N p"]:
-    """The past one piece later."""
-    return jnp.concatenate([oldest, past[jnp.shape(oldest)[0] + jnp.shape(force)[0] :], force])
-
-
-def _resolvents(prepared: Prepared, forces: Forces, inverse: Inverse) -> Float[Array, "M qe qe"]:
-    """From the forces at the nodes without those that they themselves bring about to all of them, (M, q·e, q·e)."""
-    looped = _rows(forces.present, prepared.forced)
+def _looped(prepared: Prepared, forces: Forces) -> Float[Array, "M qe d+qe"]:
+    """The forces that z at the start and the forces themselves bring about in the same piece, (M, q·e, d + q·e)."""
+    looped = rows(forces.present, prepared.seen)
     if prepared.recent is not None:
         for index, coefficient in enumerate(forces.delayed):
-            looped = looped + _rows(coefficient, prepared.recent[:, index])
-    return jax.vmap(inverse)(jnp.eye(jnp.shape(looped)[-1], dtype=looped.dtype) - looped)
+            looped = looped + rows(coefficient, prepared.recent[:, index])
+    return looped
+
+
+def _resolvents(looped: Float[Array, "M qe d+qe"], inverse: Inverse) -> Float[Array, "M qe qe"]:
+    """From the forces at the nodes without those that they themselves bring about to all of them, (M, q·e, q·e)."""
+    count = jnp.shape(looped)[1]
+    return jax.vmap(inverse)(jnp.eye(count, dtype=looped.dtype) - looped[..., -count:])
 
 
 def _output_scale(system: DelaySystem) -> Float[Array, ""]:
@@ -322,18 +283,6 @@ def _force_scale(system: DelaySystem) -> Float[Array, ""]:
 def _scale(system: DelaySystem) -> Float[Array, ""]:
     """Of a coefficient, from outputs to forces."""
     return _output_scale(system) * _force_scale(system)
-
-
-def _rows(coefficient: Float[AnyArray, "M q e r"], matrix: Float[Array, "M qr p"]) -> Float[AnyArray, "M qe p"]:
-    """blockdiag(coefficient) · matrix: (M, q, e, r) by (M, q·r, p) → (M, q·e, p)."""
-    pieces, q, e, r = jnp.shape(coefficient)
-    return _act(coefficient, matrix.reshape(pieces, q, r, -1)).reshape(pieces, q * e, -1)
-
-
-def _act(coefficient: Float[AnyArray, "M q e r"], samples: Float[Array, "M q r p"]) -> Float[AnyArray, "M q e p"]:
-    """(M, q, e, r) times (M, q, r, p): as sums, since XLA is slow at products of a few rows."""
-    parts = [coefficient[..., j, None] * samples[:, :, j, None] for j in range(jnp.shape(samples)[2])]
-    return sum(parts[1:], parts[0])
 
 
 def _squares(parts: Float[AnyArray, "M ..."]) -> Float[Array, " M"]:

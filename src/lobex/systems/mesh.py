@@ -14,7 +14,7 @@ from lobex._shapes import AnyArray, Number
 from lobex.systems.at_angle import SinceAngle
 from lobex.systems.coefficients import Piece, pieces_between, spans_between
 from lobex.systems.delays import Delay, OneOfMany, WholePeriod
-from lobex.systems.system import DelaySystem, Places
+from lobex.systems.system import DelaySystem, Link, Places
 
 # Images of images of jumps: each generation bends forces by two orders less. The last one only where places are fewer.
 _IMAGES, _MANY = 2, 24
@@ -34,21 +34,32 @@ class Mesh(NamedTuple):
         length: in periods, (M,). Pieces of no length are harmless.
         gap: what follows each without force, in periods, (M,), or None.
         history: how many pieces hold the longest delay.
-        repeats: every delay is the whole period, so that what acts lies M pieces back.
         recent: a delay may be shorter than a piece.
+        links: which pieces leave what acts in which, in order of the pieces that leave it.
     """
 
     start: Float[AnyArray, " M"]
     length: Float[AnyArray, " M"]
     gap: Float[AnyArray, " M"] | None
     history: int
-    repeats: bool
     recent: bool
+    links: tuple[Link, ...]
 
     @property
     def pieces(self) -> int:
         """M."""
         return np.shape(self.start)[0]
+
+    @property
+    def to_nodes(self) -> bool:
+        """Whether every delay brings the nodes of a piece to those of another one."""
+        return all(link.delay is not None for link in self.links)
+
+    @property
+    def alike(self) -> bool:
+        """Whether all pieces leave something as many pieces later."""
+        kinds = [tuple(link.later for link in self.links if link.piece == piece) for piece in range(self.pieces)]
+        return len(set(kinds)) == 1
 
 
 def pieces_of(system: DelaySystem) -> tuple[Piece, ...]:
@@ -190,7 +201,9 @@ def mesh_of(system: DelaySystem) -> Mesh:
             length.append(pieces[first].length)
             gap.append(sum((piece.length for piece in pieces[first + 1 : after]), 0.0))
         gaps = _array(gap) if len(contacts) < len(pieces) else None
-        return Mesh(_array(start), _array(length), gaps, len(contacts), True, False)
+        count = len(contacts)
+        links = tuple(Link(piece, count, 0) for piece in range(count))
+        return Mesh(_array(start), _array(length), gaps, count, False, links)
     first, whole = spans_between(_ending(system)) if _jumping(system) else (np.zeros(1), np.ones(1))
     alike = len(first) == 1
     parts = _parts(system, len(first))
@@ -201,7 +214,9 @@ def mesh_of(system: DelaySystem) -> Mesh:
     else:
         reach = ceil(system.longest - _ROUNDING) * len(start) if system.places is None else system.places.reach * parts
     recent = not alike or system.shortest < (1 - _ROUNDING) / parts
-    return Mesh(start, length, None, max(reach, 1), False, recent)
+    reach = max(reach, 1)
+    links = tuple(Link(piece, later, None) for piece in range(len(start)) for later in range(1, reach + 1))
+    return Mesh(start, length, None, reach, recent, links)
 
 
 def _array(numbers: list[Any]) -> Float[AnyArray, " b"]:

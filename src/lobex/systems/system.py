@@ -35,6 +35,21 @@ class Forces(NamedTuple):
     delayed: tuple[Float[AnyArray, "k e m"], ...]
 
 
+class Link(NamedTuple):
+    """What one piece leaves to act in another one.
+
+    Attributes:
+        piece: that leaves it.
+        later: how many pieces after it that is in which it acts.
+        delay: by which of ``DelaySystem.delays`` it comes, node to node; None where it may be any of them, and between
+            the nodes.
+    """
+
+    piece: int
+    later: int
+    delay: int | None
+
+
 class Places(NamedTuple):
     """Of the places at which pieces may end those that matter, how many pieces hold the longest delay, and whether
     nothing else bends a force.
