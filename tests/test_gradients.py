@@ -8,6 +8,7 @@ import pytest
 
 import lobex
 from cases import MILL, MULTIPLIER_TOOLS, ROD, milling
+from lobex.processes.teeth import ALONE, WHOLE
 
 MATHIEU = lobex.DelayedMathieu(delta=3.0, epsilon=2.0, damping=0.1)
 FAST = milling({**MULTIPLIER_TOOLS["Insperger-Stepan"], "teeth": 4}, 0.4, "up", 2)
@@ -85,7 +86,7 @@ def test_gradient_through_an_immersion_that_is_only_known_when_traced():
 def test_gradient_where_whole_pitches_are_in_the_cut(directions):
     # Four teeth at half immersion: one leaves as the next enters, and a little more or less has two pieces.
     process, method = milling({**MULTIPLIER_TOOLS["Insperger-Stepan"], "teeth": 4}, 0.5, "up", directions), FEW
-    assert process.layout.parts == ("cut",)
+    assert process.layout.parts == ALONE
 
     def radius(immersion):
         return lobex.spectral_radius(replace(process, radial_immersion=immersion), 320.0, 8e-4, method)
@@ -143,4 +144,4 @@ def test_replacing_the_immersion_renews_the_layout():
     process = milling({**MULTIPLIER_TOOLS["Insperger-Stepan"], "teeth": 4}, 0.05, "down")
     assert process.layout.parts == ("cut", "idle")
     assert replace(process, radial_immersion=0.9).layout.parts == ("cut", "cut")
-    assert replace(process, radial_immersion=1.0).layout.parts == ("cut",)
+    assert replace(process, radial_immersion=1.0).layout.parts == WHOLE

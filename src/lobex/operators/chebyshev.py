@@ -14,8 +14,9 @@ from lobex._shapes import AnyArray, Number
 from lobex.operators.exponential import exponential
 from lobex.operators.lookup import look_up
 from lobex.operators.operator import MOST_NODES, MonodromyOperator, in_form
+from lobex.systems.links import Link
 from lobex.systems.mesh import Mesh, mesh_of, pieces_of
-from lobex.systems.system import DelaySystem, Forces, Link, dense_outputs
+from lobex.systems.system import DelaySystem, Forces, dense_outputs
 
 # A loop over so few pieces is written out.
 _FEW = 4

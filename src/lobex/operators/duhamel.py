@@ -16,7 +16,7 @@ from lobex.floquet.power import Pair, rotation
 from lobex.operators.elimination import pivoted_inverse
 from lobex.operators.estimate import InContact, estimated_error, rounding, sizes_of, unresolved, unresolved_force
 from lobex.operators.operator import MOST_NODES, MonodromyOperator
-from lobex.operators.over_pieces import March, Pieces, acting, marched, matrix_of, rows, state_size
+from lobex.operators.over_pieces import March, Pieces, acting, framed, marched, matrix_of, rows, size_of_state
 from lobex.operators.prepared import Prepared, points_between, prepare
 from lobex.operators.response import forced_response, gauss_nodes
 from lobex.systems.mesh import Mesh, mesh_of
@@ -88,15 +88,16 @@ class Duhamel:
         """The monodromy operator; its state is z, and the scaled forces that the past has due."""
         prepared, mesh = self.prepare(system), mesh_of(system)
         pieces = self.respond(prepared, system, pivoted_inverse)
-        march = marched(pieces, mesh, jnp.eye(self.size(system), dtype=pieces.answer.dtype))
+        march = marched(pieces, mesh, jnp.eye(self.size(system), dtype=pieces.onward.dtype))
         parts = _parts(prepared, march)
         outputs = (parts.free + parts.forced).reshape(mesh.pieces, self.count, system.output_size, -1)
         phase, weight, outputs = self._samples(prepared, mesh, parts.flown + parts.pushed, outputs)
         return MonodromyOperator(march.end, phase, weight, _output_scale(system) * outputs)
 
     def size(self, system: DelaySystem) -> int:
-        """N: d + e·nodes per piece of a delay to come in which the past has forces due."""
-        return state_size(mesh_of(system), system.state_size, system.force_size * self.count)
+        """N: d + e·nodes per piece to come in which the past has forces due, or 1·nodes where that is a chip."""
+        due = 1 if system.chips and mesh_of(system).to_nodes else system.force_size
+        return size_of_state(mesh_of(system), system.state_size, due * self.count)
 
     def finer(self) -> "Duhamel":
         """The same with half as many nodes again."""
@@ -134,13 +135,22 @@ class Duhamel:
         looped, d = _looped(prepared, forces), system.state_size
         resolvent = _resolvents(looped, inverse) if prepared.resolvent is None else prepared.resolvent
         readers = np.array([(link.piece + link.later) % mesh.pieces for link in mesh.links])
-        if mesh.to_nodes:
-            acts = jnp.stack(forces.delayed)[np.array([link.delay for link in mesh.links]), readers]
-            left = rows(acts, prepared.left[:, 0])
+        where = np.array([piece for piece, _ in mesh.dues])
+        from_due, frame = resolvent[where], None
+        if not mesh.to_nodes:
+            parts = [rows(acts[readers], prepared.left[:, index]) for index, acts in enumerate(forces.delayed)]
+            left = sum(parts[1:], parts[0])
         else:
-            left = sum(rows(acts[readers], prepared.left[:, index]) for index, acts in enumerate(forces.delayed))
+            acts, delays = jnp.stack(forces.delayed), np.array([link.delay for link in mesh.links])
+            if system.chips:
+                push, acts = self._factors(system)
+                frame = push[np.array([kind for _, kind in mesh.dues]), where]
+                from_due = framed(from_due, frame)
+            left = rows(acts[delays, readers], prepared.left[:, 0])
         return Pieces(
-            answer=jnp.concatenate([resolvent @ looped[..., :d], resolvent], axis=2),
+            from_start=resolvent @ looped[..., :d],
+            from_due=from_due,
+            frame=frame,
             onward=prepared.onward,
             left=left,
         )
@@ -163,7 +173,7 @@ class Duhamel:
         march = marched(pieces, mesh, vector)
         parts = _parts(prepared, march)
         after = (parts.free + parts.forced).reshape(mesh.pieces, self.count, -1, 2)
-        acts = [acting(forces.present, after), march.due.reshape(mesh.pieces, self.count, -1, 2)]
+        acts = [acting(forces.present, after), march.pushed.reshape(mesh.pieces, self.count, -1, 2)]
         if prepared.recent is not None:
             own = jnp.concatenate([march.starts, march.forces], axis=1)
             for index, coefficient in enumerate(forces.delayed):
@@ -181,6 +191,12 @@ class Duhamel:
             unresolved=jax.vmap(unresolved)(after, jnp.einsum("rd,mkdp->mkrp", shape, ends)),
             unmet=_squares(unmet_force),
             terms=jnp.stack([_squares(parts.flown) + _squares(parts.pushed), sum(map(_squares, acts))], axis=1),
+        )
+        # What is due may be chips: in the size of those.
+        pushed, due = jnp.sum(march.pushed**2), jnp.sum(march.due)
+        size = jnp.where(pushed > 0, due / jnp.where(pushed > 0, pushed, 1.0), 1.0)
+        contacts = contacts._replace(
+            unmet=size * contacts.unmet, terms=contacts.terms * jnp.stack([jnp.ones_like(size), size])
         )
         missed = march.end - vector @ rotation(value)
         unmet = jnp.stack([jnp.sum(missed[:d] ** 2), jnp.sum(missed[d:] ** 2) + jnp.sum(contacts.unmet)])
@@ -238,6 +254,16 @@ class Duhamel:
 
         return jax.tree.map(lambda part: _scale(system) * part, jax.vmap(over)(mesh.start, mesh.length))
 
+    def _factors(self, system: DelaySystem) -> tuple[Float[Array, "K M q e 1"], Float[Array, "K M q 1 m"]]:
+        """Forces per chip and chips per output of every delay at the nodes of every piece, scaled as ``forces``."""
+        mesh, points = mesh_of(system), gauss_nodes(self.count)[0]
+
+        def over(start: Number, length: Number) -> list[tuple[Float[AnyArray, "q e 1"], Float[AnyArray, "q 1 m"]]]:
+            return [chip.factors(start + length / 2, start + length * points) for chip in system.chips]
+
+        pushes, chips = zip(*jax.vmap(over)(mesh.start, mesh.length), strict=True)
+        return _force_scale(system) * jnp.stack(pushes), _output_scale(system) * jnp.stack(chips)
+
 
 class _Parts(NamedTuple):
     """What pieces make of z at their start and of the forces in them, apart: outputs at the nodes, and z at the end."""
@@ -255,7 +281,7 @@ def _parts(prepared: Prepared, march: March) -> _Parts:
     return _Parts(free[:, :outputs], forced[:, :outputs], free[:, outputs:], forced[:, outputs:])
 
 
-def _looped(prepared: Prepared, forces: Forces) -> Float[Array, "M qe d+qe"]:
+def _looped(prepared: Prepared, forces: Forces) -> Float[AnyArray, "M qe dqe"]:
     """The forces that z at the start and the forces themselves bring about in the same piece, (M, q·e, d + q·e)."""
     looped = rows(forces.present, prepared.seen)
     if prepared.recent is not None:
@@ -264,7 +290,7 @@ def _looped(prepared: Prepared, forces: Forces) -> Float[Array, "M qe d+qe"]:
     return looped
 
 
-def _resolvents(looped: Float[Array, "M qe d+qe"], inverse: Inverse) -> Float[Array, "M qe qe"]:
+def _resolvents(looped: Float[AnyArray, "M qe dqe"], inverse: Inverse) -> Float[Array, "M qe qe"]:
     """From the forces at the nodes without those that they themselves bring about to all of them, (M, q·e, q·e)."""
     count = jnp.shape(looped)[1]
     return jax.vmap(inverse)(jnp.eye(count, dtype=looped.dtype) - looped[..., -count:])

@@ -1,17 +1,17 @@
 """From the start of a period to its end, piece by piece.
 
-The state is z, and the forces that the past has due at the nodes of the pieces to come. What is due in a piece acts
-there, makes with z the forces at its nodes, and these leave to later pieces what is due then.
+The state is z, and what the past has due at the nodes of the pieces to come. What is due in a piece acts there, makes
+with z the forces at its nodes, and these leave to later pieces what is due then.
 """
 
 from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Float
 
 from lobex._shapes import AnyArray
+from lobex.systems.links import Due, due_from_before, links_of
 from lobex.systems.mesh import Mesh
 
 # So many pieces that are alike are written out.
@@ -22,129 +22,140 @@ class Pieces(NamedTuple):
     """What the pieces of a period do to the state.
 
     Attributes:
-        answer: the forces at the nodes from z at the start and what is due there, (M, q·e, d + q·e).
+        from_start: the forces at the nodes from z at the start, (M, q·e, d).
+        from_due: those from what is due, of each of ``Mesh.dues``, (G, q·e, q·c).
+        frame: what is due as a force, each of ``Mesh.dues``, (G, q, e, c); None where it is one, c = e.
         onward: z at the start of the next piece from that at the start and the forces, (M, d, d + q·e).
-        left: what is due from them by each of ``Mesh.links``, (L, q·e, d + q·e).
+        left: what is due from them by each of ``Mesh.links``, (L, q·c, d + q·e).
     """
 
-    answer: Float[Array, "M qe d+qe"]
-    onward: Float[Array, "M d d+qe"]
-    left: Float[Array, "L qe d+qe"]
+    from_start: Float[Array, "M qe d"]
+    from_due: Float[AnyArray, "G qe qc"]
+    frame: Float[Array, "G q e c"] | None
+    onward: Float[Array, "M d dqe"]
+    left: Float[AnyArray, "L qc dqe"]
 
 
 class March(NamedTuple):
-    """Of every piece z at its start, (M, d, …), what is due there, (M, q·e, …), and the forces at its nodes,
-    (M, q·e, …); and the state at the end of the period, (N, …).
+    """A march over the period.
+
+    Attributes:
+        starts: z at the start of every piece, (M, d, …).
+        pushed: the force that is due at its nodes, (M, q·e, …).
+        due: squares of what is due, (M,).
+        forces: all of the force there, (M, q·e, …).
+        end: the state at the end, (N, …).
     """
 
     starts: Float[Array, "M d p"]
-    due: Float[Array, "M qe p"]
+    pushed: Float[Array, "M qe p"]
+    due: Float[Array, " M"]
     forces: Float[Array, "M qe p"]
     end: Float[Array, "N p"]
 
 
 class _Piece(NamedTuple):
-    """One of ``Pieces``, and how many pieces later what it leaves is due."""
+    """One of ``Pieces``: what is due in it by its kind, and of what it leaves when and as what that is due."""
 
-    answer: Float[Array, "qe d+qe"]
-    onward: Float[Array, "d d+qe"]
-    left: Float[Array, "J qe d+qe"]
-    later: tuple[int, ...]
-
-
-# z, and what is due in the pieces to come, None for nothing.
-_State = tuple[Float[Array, "d p"], tuple[Float[Array, "qe p"] | None, ...]]
+    from_start: Float[Array, "qe d"]
+    from_due: dict[int, Float[AnyArray, "qe qc"]]
+    frame: dict[int, Float[Array, "q e c"]]
+    onward: Float[Array, "d dqe"]
+    left: dict[Due, Float[AnyArray, "qc dqe"]]
 
 
-def state_size(mesh: Mesh, start: int, forces: int) -> int:
-    """N, of a z of ``start`` numbers and ``forces`` in a piece."""
-    return start + forces * sum(_filled(mesh))
+class _State(NamedTuple):
+    """z, and what is due in the pieces to come."""
+
+    start: Float[Array, "d p"]
+    due: dict[Due, Float[Array, "qc p"]]
+
+
+def size_of_state(mesh: Mesh, start: int, due: int) -> int:
+    """N, of a z of ``start`` numbers and ``due`` of each of what is due."""
+    return start + due * len(due_from_before(mesh.links, mesh.pieces))
 
 
 def matrix_of(pieces: Pieces, mesh: Mesh) -> Float[Array, "N N"]:
     """The operator's matrix, (N, N)."""
-    _, forces, width = jnp.shape(pieces.answer)
-    d, dtype = width - forces, pieces.answer.dtype
-    size = state_size(mesh, d, forces)
+    d, width, dtype = jnp.shape(pieces.from_start)[2], jnp.shape(pieces.from_due)[2], pieces.onward.dtype
+    size = size_of_state(mesh, d, width)
     first, *rest = _one_by_one(pieces, mesh) if _written_out(mesh) else [_nth(pieces, mesh, 0)]
-    state = _apart(jnp.eye(size, dtype=dtype), d, forces, mesh)
-    # A product with the identity is spared.
-    known = d if state[1][0] is None else width
-    made = jnp.concatenate([jnp.eye(d, known, dtype=dtype), first.answer[:, :known]])
-    state = _left(jnp.pad(_leave(first, made), ((0, 0), (0, size - known))), state, first)
+    state = _apart(jnp.eye(size, dtype=dtype), d, mesh)
+    # A product with the identity is spared: what is due in the first piece comes first in the state.
+    now = [kind for later, kind in state.due if later == 0]
+    answer = jnp.concatenate([first.from_start, *(first.from_due[kind] for kind in now)], axis=1)
+    known = jnp.shape(answer)[1]
+    leaves = _rows_of(first)
+    made = leaves[:, d:] @ answer + jnp.pad(leaves[:, :d], ((0, 0), (0, known - d)))
+    state = _moved_on(state, first, jnp.pad(made, ((0, 0), (0, size - known))))
     if _written_out(mesh):
         for piece in rest:
             state = _over(state, piece)[0]
         return _together(state)
-
-    def over(state: _State, piece: Pieces) -> tuple[_State, None]:
-        return _over(state, _alike(piece, mesh))[0], None
-
-    stacked = _stacked(pieces, mesh)
-    return _together(jax.lax.scan(over, state, jax.tree.map(lambda part: part[1:], stacked))[0])
+    stacked = jax.tree.map(lambda part: part[1:], _stacked(pieces, mesh))
+    return _together(jax.lax.scan(lambda state, piece: (_over(state, piece)[0], None), state, stacked)[0])
 
 
 def marched(pieces: Pieces, mesh: Mesh, state: Float[Array, "N p"]) -> March:
     """March a state over the period."""
-    _, forces, width = jnp.shape(pieces.answer)
-    begun = _apart(state, width - forces, forces, mesh)
 
-    def over(state: _State, piece: _Piece) -> tuple[_State, tuple[Float[Array, "rows p"], ...]]:
-        after, found = _over(state, piece)
-        due = jnp.zeros_like(found) if state[1][0] is None else state[1][0]
-        return after, (state[0], due, found)
+    def over(state: _State, piece: _Piece) -> tuple[_State, tuple[Float[Array, "..."], ...]]:
+        after, forces = _over(state, piece)
+        now = {kind: part for (later, kind), part in state.due.items() if later == 0}
+        pushed = jnp.zeros_like(forces)
+        for kind, part in now.items():
+            pushed = pushed + (rows(piece.frame[kind], part) if piece.frame else part)
+        return after, (state.start, pushed, sum((jnp.sum(part**2) for part in now.values()), jnp.zeros(())), forces)
 
+    begun = _apart(state, jnp.shape(pieces.from_start)[2], mesh)
     if not _written_out(mesh):
-        end, found = jax.lax.scan(lambda state, piece: over(state, _alike(piece, mesh)), begun, _stacked(pieces, mesh))
-        return March(*found, _together(end))
+        end, (starts, pushed, due, forces) = jax.lax.scan(over, begun, _stacked(pieces, mesh))
+        return March(starts, pushed, due, forces, _together(end))
     found = []
     for piece in _one_by_one(pieces, mesh):
         begun, one = over(begun, piece)
         found.append(one)
-    return March(*(jnp.stack(part) for part in zip(*found, strict=True)), _together(begun))
+    starts, pushed, due, forces = (jnp.stack(part) for part in zip(*found, strict=True))
+    return March(starts, pushed, due, forces, _together(begun))
 
 
 def _over(state: _State, piece: _Piece) -> tuple[_State, Float[Array, "qe p"]]:
     """The state after a piece, and the forces in it."""
-    start, (due, *_) = state
-    known = start if due is None else jnp.concatenate([start, due])
-    forces = piece.answer[:, : len(known)] @ known
-    return _left(_leave(piece, jnp.concatenate([start, forces])), state, piece), forces
+    now = [kind for later, kind in state.due if later == 0]
+    answer = jnp.concatenate([piece.from_start, *(piece.from_due[kind] for kind in now)], axis=1)
+    forces = answer @ jnp.concatenate([state.start, *(state.due[0, kind] for kind in now)])
+    return _moved_on(state, piece, _rows_of(piece) @ jnp.concatenate([state.start, forces])), forces
 
 
-def _leave(piece: _Piece, made: Float[Array, "d+qe p"]) -> Float[Array, "d+Jqe p"]:
-    return jnp.concatenate([piece.onward, *piece.left]) @ made
+def _rows_of(piece: _Piece) -> Float[Array, "rows dqe"]:
+    """z at the start of the next piece, and what is left, from z at the start and the forces."""
+    return jnp.concatenate([piece.onward, *piece.left.values()])
 
 
-def _left(made: Float[Array, "d+Jqe p"], state: _State, piece: _Piece) -> _State:
+def _moved_on(state: _State, piece: _Piece, made: Float[Array, "rows p"]) -> _State:
     """The state one piece later: what was due is done, and more is due."""
-    start, (_, *due) = state
-    edges = jnp.shape(start)[0] + jnp.shape(piece.answer)[0] * np.arange(len(piece.later))
-    begun, *left = jnp.split(made, edges)
-    later: list[Float[Array, "qe p"] | None] = [*due, None]
-    for number, part in zip(piece.later, left, strict=True):
-        before = later[number - 1]
-        later[number - 1] = part if before is None else before + part
-    return begun, tuple(later)
+    start, *left = jnp.split(made, _edges(piece))
+    due = {(later, kind): part for (later, kind), part in state.due.items() if later}
+    for when, part in zip(piece.left, left, strict=True):
+        due[when] = due[when] + part if when in due else part
+    return _State(start, {(later - 1, kind): due[later, kind] for later, kind in sorted(due)})
 
 
-def _filled(mesh: Mesh) -> list[bool]:
-    """Whether anything from before the period is due in each of the H pieces to come."""
-    due = {(link.piece + link.later) % mesh.pieces: 0 for link in mesh.links}
-    for link in mesh.links:
-        reader = (link.piece + link.later) % mesh.pieces
-        due[reader] = max(due[reader], link.later)
-    return [due.get(number % mesh.pieces, 0) > number for number in range(mesh.history)]
+def _edges(piece: _Piece) -> list[int]:
+    edges = [jnp.shape(piece.onward)[0]]
+    for part in piece.left.values():
+        edges.append(edges[-1] + jnp.shape(part)[0])
+    return edges[:-1]
 
 
-def _apart(state: Float[Array, "N p"], start: int, forces: int, mesh: Mesh) -> _State:
-    filled = _filled(mesh)
-    parts = iter(jnp.split(state[start:], max(sum(filled), 1)))
-    return state[:start], tuple(next(parts) if here else None for here in filled)
+def _apart(state: Float[Array, "N p"], start: int, mesh: Mesh) -> _State:
+    filled = due_from_before(mesh.links, mesh.pieces)
+    return _State(start=state[:start], due=dict(zip(filled, jnp.split(state[start:], len(filled)), strict=True)))
 
 
 def _together(state: _State) -> Float[Array, "N p"]:
-    return jnp.concatenate([state[0], *(due for due in state[1] if due is not None)])
+    return jnp.concatenate([state.start, *state.due.values()])
 
 
 def _written_out(mesh: Mesh) -> bool:
@@ -153,22 +164,31 @@ def _written_out(mesh: Mesh) -> bool:
 
 
 def _nth(pieces: Pieces, mesh: Mesh, number: int) -> _Piece:
-    mine = [index for index, link in enumerate(mesh.links) if link.piece == number]
-    left = pieces.left[mine[0] : mine[-1] + 1] if mine else pieces.left[:0]
-    return _Piece(pieces.answer[number], pieces.onward[number], left, tuple(mesh.links[index].later for index in mine))
+    mine = {kind: index for index, (piece, kind) in enumerate(mesh.dues) if piece == number}
+    return _Piece(
+        from_start=pieces.from_start[number],
+        from_due={kind: pieces.from_due[index] for kind, index in mine.items()},
+        frame={} if pieces.frame is None else {kind: pieces.frame[index] for kind, index in mine.items()},
+        onward=pieces.onward[number],
+        left={(link.later, link.kind): pieces.left[index] for index, link in links_of(mesh.links, number)},
+    )
 
 
 def _one_by_one(pieces: Pieces, mesh: Mesh) -> list[_Piece]:
     return [_nth(pieces, mesh, number) for number in range(mesh.pieces)]
 
 
-def _stacked(pieces: Pieces, mesh: Mesh) -> Pieces:
-    """With what is left along the pieces, which are alike."""
-    return pieces._replace(left=pieces.left.reshape(mesh.pieces, -1, *jnp.shape(pieces.left)[1:]))
-
-
-def _alike(piece: Pieces, mesh: Mesh) -> _Piece:
-    return _Piece(*piece, tuple(link.later for link in mesh.links if link.piece == 0))
+def _stacked(pieces: Pieces, mesh: Mesh) -> _Piece:
+    """Pieces that are alike, along a first axis."""
+    left = pieces.left.reshape(mesh.pieces, -1, *jnp.shape(pieces.left)[1:])
+    laters = [(link.later, link.kind) for _, link in links_of(mesh.links, 0)]
+    return _Piece(
+        from_start=pieces.from_start,
+        from_due={0: pieces.from_due},
+        frame={} if pieces.frame is None else {0: pieces.frame},
+        onward=pieces.onward,
+        left={when: left[:, index] for index, when in enumerate(laters)},
+    )
 
 
 def rows(coefficient: Float[AnyArray, "*M q e r"], matrix: Float[Array, "*M qr p"]) -> Float[AnyArray, "*M qe p"]:
@@ -181,3 +201,11 @@ def acting(coefficient: Float[AnyArray, "*M q e r"], samples: Float[Array, "*M q
     """(…, q, e, r) times (…, q, r, p): as sums, since XLA is slow at products of a few rows."""
     parts = [coefficient[..., j, None] * samples[..., j, None, :] for j in range(jnp.shape(samples)[-2])]
     return sum(parts[1:], parts[0])
+
+
+def framed(matrix: Float[AnyArray, "*M p qe"], coefficient: Float[Array, "*M q e c"]) -> Float[AnyArray, "*M p qc"]:
+    """matrix · blockdiag(coefficient): (…, p, q·e) by (…, q, e, c) → (…, p, q·c)."""
+    *lanes, q, e, c = jnp.shape(coefficient)
+    parts = matrix.reshape(*lanes, -1, q, e)
+    found = sum(parts[..., j, None] * coefficient[..., None, :, j, :] for j in range(e))
+    return jnp.reshape(found, (*lanes, -1, q * c))

@@ -39,11 +39,11 @@ class Prepared:
             (M, q·e, q·e), where the coefficients that it takes are the same whatever the gain.
     """
 
-    seen: Float[Array, "M qr d+qe"]
-    landed: Float[Array, "M d d+qe"]
-    onward: Float[Array, "M d d+qe"]
-    left: Float[Array, "L K qm d+qe"]
-    recent: Float[Array, "M K qm d+qe"] | None
+    seen: Float[Array, "M qr dqe"]
+    landed: Float[Array, "M d dqe"]
+    onward: Float[Array, "M d dqe"]
+    left: Float[Array, "L K qm dqe"]
+    recent: Float[Array, "M K qm dqe"] | None
     missed: Float[AnyArray, "M n"]
     flights: Float[Array, "M samples r d"] | None
     resolvent: Float[Array, "M qe qe"] | None = None
@@ -76,7 +76,7 @@ def prepare(system: DelaySystem, nodes: int, in_flight: int) -> Prepared:
 
 def _looked_up(
     system: DelaySystem, mesh: Mesh, response: PieceResponse, nodes: int
-) -> tuple[Float[Array, "L K qm d+qe"], Float[Array, "M K qm d+qe"] | None]:
+) -> tuple[Float[Array, "L K qm dqe"], Float[Array, "M K qm dqe"] | None]:
     """What every piece leaves to those after it, and to itself."""
     count, history = mesh.pieces, mesh.history
     size = jnp.shape(response.push)[1] + jnp.shape(response.push)[2]
@@ -84,7 +84,7 @@ def _looked_up(
     recalled = response.recalled.reshape(count, -1, m, size)
     synthesis = _synthesis(len(points_between(nodes)))
 
-    def at_piece(piece: tuple[Shaped[Array, "..."], ...]) -> Float[Array, "H+1 K qm d+qe"]:
+    def at_piece(piece: tuple[Shaped[Array, "..."], ...]) -> Float[Array, "H+1 K qm dqe"]:
         slot, inside, order = piece
         weights = jnp.tensordot(_legendre(2 * inside - 1, len(synthesis)), synthesis, ((0,), (0,)))
         # One product for all pieces of the past, of which each delay takes its own: to gather these takes more memory.

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from lobex import _checks
 from lobex._namespace import namespace
 from lobex._shapes import AnyArray, Number
-from lobex.processes.teeth import WHOLE, Parts
+from lobex.processes.teeth import ALONE, WHOLE, Parts
 
 # Of an angle, what is left of one that was said in degrees.
 _ROUNDING = 1e-12
@@ -44,7 +44,7 @@ def parts_of(arc: float, teeth: int) -> Parts:
     """Of a period of as many straight teeth to a turn."""
     engaged = arc * teeth / (2 * math.pi)
     if abs(engaged - round(engaged)) < _ROUNDING and round(engaged) > 0:
-        return WHOLE
+        return ALONE if round(engaged) == 1 else WHOLE
     return ("cut", "idle") if engaged < 1 else ("cut", "cut")
 
 

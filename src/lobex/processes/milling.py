@@ -1,5 +1,6 @@
 """Milling in one or two directions, (3.24)-(3.29), with any pitch and helix."""
 
+from copy import copy
 from dataclasses import replace
 from typing import Any, ClassVar
 
@@ -23,7 +24,7 @@ from lobex.processes.process import check_point
 from lobex.processes.process_damping import ProcessDamping, check_damping, with_damping
 from lobex.processes.quantity import DEPTH_OF_CUT, SPEED_UNITS, Quantity
 from lobex.processes.speed_variation import SpeedVariation, check_variation
-from lobex.processes.teeth import WHOLE
+from lobex.processes.teeth import in_one_piece
 from lobex.processes.teeth_at_work import AtWork, Motion, at_work, working_edges
 from lobex.processes.tooth import standing, teeth_of
 from lobex.structures.modes import Modes, check_modes
@@ -182,7 +183,7 @@ class Milling:
         return self.teeth
 
     def differentiable(self) -> tuple[tuple[float, "Milling"], ...]:
-        """Processes, with weights, from which derivatives by the radial immersion a come out right as well.
+        """Processes, with weights, from which derivatives by angles and the radial immersion a come out right as well.
 
         Where whole pitches are in the cut, a period in one piece hides the jump that moves with the immersion; the
         two pieces of any other immersion show it. At full immersion the angle goes with √(1 − a), and in one
@@ -190,12 +191,13 @@ class Milling:
         the range, with n of the discretisation alone: of two places in the ratio 1 : 4 that term drops out. In two
         directions the force does not vanish there, and the derivative is infinite.
         """
-        if _checks.is_traced(self.angles):
-            return ((1.0, replace(self, layout=self._in_pieces())),)
-        if not _checks.is_traced(self.radial_immersion):
+        if not _checks.is_traced((self.radial_immersion, self.angles, self.cutter.pitch)):
             return ((1.0, self),)
+        form = self._in_pieces()
+        if not _checks.is_traced(self.radial_immersion):
+            return ((1.0, form),)
         immersion = jnp.asarray(self.radial_immersion, dtype=jnp.result_type(float))
-        form = replace(self, radial_immersion=immersion, layout=self._in_pieces())
+        object.__setattr__(form, "radial_immersion", immersion)
         if self.modes.directions > 1:
             return ((1.0, form),)
         inside = max(_INSIDE, 8 * float(jnp.finfo(immersion.dtype).eps))
@@ -215,9 +217,17 @@ class Milling:
         radians = radians_along(np.asarray(self.cutter.twist), exit_ - entry, np.max(gain), fastest)
         return doubt_of_points(radians, self.heights, _MOST_HEIGHTS)
 
-    def _in_pieces(self) -> Layout:
-        """The layout, without what a period in one piece hides."""
-        return self.layout._replace(parts=None, places=None) if self.layout.parts == WHOLE else self.layout
+    def _in_pieces(self) -> "Milling":
+        """The same with what a period in one piece hides, and with jumps at one place that may part."""
+        places, changes = self.layout.places, {}
+        if in_one_piece(self.layout.parts):
+            changes = {"parts": None, "places": None}
+        elif places is not None:
+            changes = {"places": places.as_they_move}
+        made = copy(self)
+        # What is known before tracing stays so.
+        object.__setattr__(made, "layout", self.layout._replace(**changes))
+        return made
 
     @property
     def engagement(self) -> tuple[Number, Number]:

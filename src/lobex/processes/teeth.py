@@ -9,12 +9,23 @@ from jaxtyping import Bool, Float, Real
 from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import Number
-from lobex.processes.specific_force import Law
+from lobex.processes.specific_force import CHIP, STEP, Law
 from lobex.systems.coefficients import Piece, mean_by_quadrature, pieces_between
 
 # Which parts of a period are in the cut, where that is known before tracing.
 Parts = tuple[str, ...]
+# Of a period in one piece, of several teeth or of one that enters as another one leaves.
 WHOLE: Parts = ("cut",)
+ALONE: Parts = ("one",)
+
+
+# Of an angle, rad, how near to a jump it is at it: a piece of no length between two is on both.
+_AT = 1e-9
+
+
+def in_one_piece(parts: Parts | None) -> bool:
+    """Whether no force jumps in a period."""
+    return parts in (WHOLE, ALONE)
 
 
 @pytree(static=("teeth", "directions", "law"))
@@ -72,22 +83,41 @@ class StraightTeeth(Teeth):
         start = self.entry * self.teeth / (2 * jnp.pi)
         if self.before is not None:
             start = start - self.before
-        if self.parts == WHOLE:
+        if in_one_piece(self.parts):
             return (Piece(start, 1.0, False),)
         whole, part = self._engaged()
         idle = (whole == 0) if self.parts is None else self.parts[1] == "idle"
         return Piece(start, part, False), Piece(start + part, 1.0 - part, idle)
 
     def within(self, inside: Real[Any, "..."], phase: Real[Any, " k"]) -> Float[Any, "k e r"]:
-        """The teeth that are in the cut at the phase ``inside``, wherever they are at the others."""
+        cutting, angle = self._cutting(inside, phase)
+        return self._shaped(self.depth, jnp.sum(cutting * self.law.at(self, angle), axis=-2))
+
+    def _cutting(
+        self, inside: Real[Any, "..."], phase: Real[Any, " k"]
+    ) -> tuple[Bool[Any, "teeth 1"], Float[Any, "teeth k"]]:
+        """The teeth that are in the cut at the phase ``inside``, and their angles, wherever they are at the others."""
         pitch = 2 * jnp.pi / self.teeth
         # A whole number of revolutions, so that the angles of a piece that goes on beyond the last are its own.
         order = jnp.arange(self.teeth)[:, None]
         inside, phase = self._since(inside), self._since(phase)
-        behind = 2 * jnp.pi * jnp.floor(pitch * (inside + order) / (2 * jnp.pi))
+        behind = 2 * jnp.pi * jnp.floor((pitch * (inside + order) + _AT) / (2 * jnp.pi))
         middle, angle = (pitch * (place + order) - behind for place in (inside, phase))
-        cutting = (middle >= self.entry) & (middle <= self.exit)
-        return self._shaped(self.depth, jnp.sum(cutting * self.law.at(self, angle), axis=-2))
+        return (middle >= self.entry - _AT) & (middle <= self.exit + _AT), angle
+
+    @property
+    def single(self) -> bool:
+        """Whether no more than one of them cuts at a time, so that the force is that of one chip."""
+        return self.parts in (ALONE, ("cut", "idle")) and self.law is CHIP and self.plunge is None
+
+    def factors(
+        self, inside: Real[Any, "..."], phase: Real[Any, " k"]
+    ) -> tuple[Float[Any, "k e 1"], Float[Any, "k 1 r"]]:
+        cutting, angle = self._cutting(inside, phase)
+        push = jnp.sum(cutting * STEP.at(self, angle), axis=-2)
+        normal = [jnp.sin(angle), jnp.cos(angle), jnp.zeros_like(angle)][: self.directions]
+        chip = jnp.sum(cutting * jnp.stack(normal), axis=-2)
+        return self.depth * push.T[..., None], chip.T[:, None]
 
     def at(self, phase: Real[Any, " k"]) -> Float[Any, "k e r"]:
         angle = 2 * jnp.pi / self.teeth * (self._since(phase) + jnp.arange(self.teeth)[:, None])
@@ -110,7 +140,7 @@ class StraightTeeth(Teeth):
         """Teeth in the cut just before a tooth enters, and the phase after it at which one leaves."""
         lib = namespace(self.exit, self.entry)
         engaged = (self.exit - self.entry) * self.teeth / (2 * lib.pi)
-        if self.parts == WHOLE:
+        if in_one_piece(self.parts):
             return lib.round(engaged), lib.zeros_like(engaged)
         if self.parts == ("cut", "idle"):
             return lib.zeros_like(engaged), engaged

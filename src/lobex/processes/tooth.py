@@ -19,7 +19,7 @@ from lobex.processes.engagement import angles_to_wall
 from lobex.processes.orbiting import OrbitingAxis
 from lobex.processes.profiled_teeth import ProfiledTeeth
 from lobex.processes.specific_force import CHIP, EDGE, STEP
-from lobex.processes.teeth import WHOLE, HelicalTeeth, StraightTeeth
+from lobex.processes.teeth import HelicalTeeth, StraightTeeth, in_one_piece
 from lobex.systems.coefficients import Following, Framed
 from lobex.systems.delays import Share, WholePeriod
 from lobex.systems.terms import Forcing, Regenerative, Term
@@ -63,7 +63,7 @@ def teeth_of(process: Any, depth: Number) -> Iterator[Tooth]:
     if cutter.discs is not None and process.angles is None:
         standing_off = cutter.diameter * (0.5 - process.radial_immersion)
         entry, exit_ = angles_to_wall(standing_off, cutter.discs[:, 3], process.direction)
-    if layout.parts == WHOLE and _checks.is_traced((process.radial_immersion, process.angles)):
+    if in_one_piece(layout.parts) and _checks.is_traced((process.radial_immersion, process.angles)):
         entry = _no_derivative(entry, process.radial_immersion if process.angles is None else jnp.sum(process.angles))
 
     def force(before: Number | None, twist: Number | None) -> Edges:

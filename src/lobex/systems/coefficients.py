@@ -18,6 +18,8 @@ from lobex._shapes import AnyArray, Number
 
 # Gauss points that give the mean over a smooth part of a step, which is short.
 _POINTS = 6
+# Of the period, how far apart jumps may be that are at one place.
+_AS_ONE = 1e-9
 # Of a piece, so far from a jump that rounding does not reach it.
 _INSIDE = 1e-12
 
@@ -53,6 +55,22 @@ class Coefficient(Protocol):
 
     def mean(self, start: Float[AnyArray, " k"], stop: Float[AnyArray, " k"]) -> Float[AnyArray, "k e r"]:
         """Averages over the intervals [start, stop], each (k,) and shorter than a period."""
+        ...
+
+
+@runtime_checkable
+class OneChip(Protocol):
+    """A coefficient that is, where ``single``, a force on one number that is made of outputs, such as a chip."""
+
+    @property
+    def single(self) -> bool:
+        """Whether it is."""
+        ...
+
+    def factors(
+        self, inside: Number, phase: Float[AnyArray, " k"]
+    ) -> tuple[Float[AnyArray, "k e 1"], Float[AnyArray, "k 1 r"]]:
+        """The force per chip and the chip per output: their product is ``within`` of the same phases."""
         ...
 
 
@@ -196,10 +214,16 @@ def gauss_nodes(nodes: int) -> tuple[np.ndarray, np.ndarray]:
     return (points + 1) / 2, weights / 2
 
 
-def spans_between(breaks: Float[AnyArray, " b"]) -> tuple[Float[AnyArray, " b"], Float[AnyArray, " b"]]:
-    """Starts and lengths of the pieces between jumps at phases (b,), in any order."""
+def spans_between(
+    breaks: Float[AnyArray, " b"], rank: np.ndarray | None = None
+) -> tuple[Float[AnyArray, " b"], Float[AnyArray, " b"]]:
+    """Starts and lengths of the pieces between jumps at phases (b,), in any order; of those that are at one place, in
+    the order of their ``rank``, (b,), by which derivatives know what is between them once they move.
+    """
     lib = namespace(breaks)
-    place = lib.sort(lib.mod(lib.asarray(breaks, dtype=lib.result_type(float)), 1.0))
+    place = lib.mod(lib.asarray(breaks, dtype=lib.result_type(float)) + _AS_ONE / 2, 1.0) - _AS_ONE / 2
+    rank = np.zeros(len(place)) if rank is None else rank
+    place = place[lib.lexsort((rank, lib.round(place / _AS_ONE)))]
     return place, lib.concatenate([place[1:], place[:1] + 1]) - place
 
 

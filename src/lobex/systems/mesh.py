@@ -1,20 +1,21 @@
 """The mesh of a period: pieces that end at the jumps of the coefficients and where the delays carry them."""
 
-from functools import partial
 from math import ceil
 from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Float, Int
 
 from lobex._namespace import namespace
 from lobex._shapes import AnyArray, Number
 from lobex.systems.at_angle import SinceAngle
-from lobex.systems.coefficients import Piece, pieces_between, spans_between
+from lobex.systems.closed_places import acting_at, closed_places, shares_of
+from lobex.systems.coefficients import Piece, spans_between
 from lobex.systems.delays import Delay, OneOfMany, WholePeriod
-from lobex.systems.system import DelaySystem, Link, Places
+from lobex.systems.links import Link, due_from_before, dues_of
+from lobex.systems.system import DelaySystem, Places
 
 # Images of images of jumps: each generation bends forces by two orders less. The last one only where places are fewer.
 _IMAGES, _MANY = 2, 24
@@ -35,7 +36,7 @@ class Mesh(NamedTuple):
         gap: what follows each without force, in periods, (M,), or None.
         history: how many pieces hold the longest delay.
         recent: a delay may be shorter than a piece.
-        links: which pieces leave what acts in which, in order of the pieces that leave it.
+        links: which pieces leave what acts in which, in order of those that leave it.
     """
 
     start: Float[AnyArray, " M"]
@@ -61,6 +62,11 @@ class Mesh(NamedTuple):
         kinds = [tuple(link.later for link in self.links if link.piece == piece) for piece in range(self.pieces)]
         return len(set(kinds)) == 1
 
+    @property
+    def dues(self) -> tuple[tuple[int, int], ...]:
+        """In which pieces something is due, and its kind."""
+        return dues_of(self.links, self.pieces)
+
 
 def pieces_of(system: DelaySystem) -> tuple[Piece, ...]:
     """The smooth pieces of one period, in order; the first may start anywhere.
@@ -72,9 +78,11 @@ def pieces_of(system: DelaySystem) -> tuple[Piece, ...]:
     own = _jumping(system)
     if not own:
         return (Piece(0.0, 1.0, False),)
+    if system.closed is not None:
+        return tuple(Piece(*piece, False) for piece in zip(*_between_closed(system), strict=True))
     if len(system.feedback) == 1 and system.repeats:
         return own[0]
-    return pieces_between(_ending(system))
+    return tuple(Piece(*piece, False) for piece in zip(*_between(system), strict=True))
 
 
 def places_that_matter(system: DelaySystem) -> Places:
@@ -96,7 +104,11 @@ def places_that_matter(system: DelaySystem) -> Places:
     before = np.mod(start[:, None] - start, 1.0)
     reach = int(np.max(np.sum((before > 0) & (before < system.longest - _ROUNDING), axis=1))) + 1
     reach = min(reach, len(kept)) if system.longest <= 1 else ceil(system.longest) * len(kept)
-    return Places(tuple(kept), reach, len(kept) == len(distinct))
+    closed = closed_places(system, np.asarray(_starts(system)))
+    # What takes more to remember node to node is looked up between the nodes.
+    if closed is not None and len(due_from_before(closed.links, len(closed.places))) > reach:
+        closed = None
+    return Places(tuple(kept), reach, len(kept) == len(distinct), closed, len(generations[0]))
 
 
 def places_by_angle(system: DelaySystem, repeats: int) -> Places:
@@ -115,22 +127,15 @@ def _bending(system: DelaySystem, generations: list[np.ndarray]) -> np.ndarray:
     carriers = _carriers(system)
     for images in generations[1:]:
         around = np.split(np.stack([images - _ROUNDING, images + _ROUNDING]), len(carriers), axis=1)
-        acts = np.asarray(_acting(system, np.stack([side.ravel() for side in around]), tuple(carriers)))
+        acts = np.asarray(acting_at(system, np.stack([side.ravel() for side in around]), tuple(carriers)))
         acts = [part.reshape(2, -1).any(axis=0) for part in acts]
         bent.append(np.concatenate([part & bent[-1] for part in acts]))
     return np.concatenate(bent)
 
 
-@partial(jax.jit, static_argnames="delays")
-def _acting(system: DelaySystem, phase: Float[Array, "K k"], delays: tuple[int, ...]) -> Bool[Array, "K k"]:
-    """Whether forces of the delays act, each at phases of its own."""
-    acting = [system.at(one).delayed[delay] for delay, one in zip(delays, phase, strict=True)]
-    return jnp.stack([jnp.any(part != 0, axis=(1, 2)) for part in acting])
-
-
 def seen_to_bend(system: DelaySystem) -> int | None:
     """How many generations of images of jumps end pieces; None where nothing bends a force within a piece."""
-    if system.repeats or not _jumping(system):
+    if system.repeats or system.closed is not None or not _jumping(system):
         return None
     if system.places is None:
         return len(_few_generations(system)) - 1
@@ -162,13 +167,17 @@ def _generations(system: DelaySystem, images: int) -> list[Float[AnyArray, " _"]
     """The phases at which coefficients jump, and unless every delay is the whole period their images by each delay in
     turn, the images of those, and so on.
     """
-    starts = [piece.start for pieces in _jumping(system) for piece in pieces]
-    generations = [_array(starts)]
+    generations = [_starts(system)]
     carriers = _carriers(system).values()
     for _ in range(images if carriers else 0):
         parts = [_image(generations[-1], delay, system.period) for delay in carriers]
         generations.append(namespace(parts).concatenate(parts))
     return generations
+
+
+def _starts(system: DelaySystem) -> Float[AnyArray, " b"]:
+    """The phases at which coefficients jump."""
+    return _array([piece.start for pieces in _jumping(system) for piece in pieces])
 
 
 def _few_generations(system: DelaySystem) -> list[Float[AnyArray, " _"]]:
@@ -184,10 +193,19 @@ def _places(system: DelaySystem) -> Float[AnyArray, " b"]:
     return namespace(generations).concatenate(generations)
 
 
-def _ending(system: DelaySystem) -> Float[AnyArray, " b"]:
-    """Those at which they do."""
+def _between(system: DelaySystem) -> tuple[Float[AnyArray, " b"], Float[AnyArray, " b"]]:
+    """Starts and lengths of the pieces between the phases at which they do."""
     places = _places(system)
-    return places if system.places is None else places[np.array(system.places.kept)]
+    kept = np.arange(len(places)) if system.places is None else np.array(system.places.kept)
+    return spans_between(places[kept], _ranks(system, len(places))[kept])
+
+
+def _ranks(system: DelaySystem, count: int) -> np.ndarray:
+    """Of the first of ``count`` places that are jumps: a force begins before another one ends, and images of jumps come
+    between them, so that what is between two at one place is what acts on both sides.
+    """
+    own = np.concatenate([2 * (np.arange(len(pieces)) > 0) for pieces in _jumping(system)])
+    return np.r_[own, np.ones(count - len(own), dtype=int)]
 
 
 def mesh_of(system: DelaySystem) -> Mesh:
@@ -204,7 +222,14 @@ def mesh_of(system: DelaySystem) -> Mesh:
         count = len(contacts)
         links = tuple(Link(piece, count, 0) for piece in range(count))
         return Mesh(_array(start), _array(length), gaps, count, False, links)
-    first, whole = spans_between(_ending(system)) if _jumping(system) else (np.zeros(1), np.ones(1))
+    if system.closed is not None:
+        start, length = _between_closed(system)
+        links = system.closed.links
+        if system.chips:
+            # Each tooth meets a chip of its own.
+            links = tuple(link._replace(kind=link.delay) for link in links)
+        return Mesh(start, length, None, max(link.later for link in links), False, links)
+    first, whole = _between(system) if _jumping(system) else (np.zeros(1), np.ones(1))
     alike = len(first) == 1
     parts = _parts(system, len(first))
     start = (first[:, None] + whole[:, None] * (np.arange(parts) / parts)).ravel()
@@ -217,6 +242,17 @@ def mesh_of(system: DelaySystem) -> Mesh:
     reach = max(reach, 1)
     links = tuple(Link(piece, later, None) for piece in range(len(start)) for later in range(1, reach + 1))
     return Mesh(start, length, None, reach, recent, links)
+
+
+def _between_closed(system: DelaySystem) -> tuple[Float[AnyArray, " M"], Float[AnyArray, " M"]]:
+    """Starts and lengths of the pieces between places that are closed, in their order."""
+    assert system.closed is not None
+    origins, carried = zip(*system.closed.places, strict=True)
+    starts, shares = _starts(system), shares_of(system)
+    lib = namespace(starts, shares)
+    place = starts[np.array(origins)] + np.array(carried) @ shares
+    place = lib.mod(place + _ROUNDING, 1.0) - _ROUNDING
+    return place, lib.concatenate([place[1:], place[:1] + 1]) - place
 
 
 def _array(numbers: list[Any]) -> Float[AnyArray, " b"]:

@@ -15,8 +15,9 @@ from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray, Number
 from lobex.structures.modes import Modes, check_modes
-from lobex.systems.coefficients import Coefficient, Framed
+from lobex.systems.coefficients import Coefficient, Framed, OneChip
 from lobex.systems.delays import Delay, WholePeriod
+from lobex.systems.links import Link
 from lobex.systems.terms import Distributed, Feedback, Forcing, Term
 
 # Of a delay, what single precision leaves.
@@ -35,29 +36,40 @@ class Forces(NamedTuple):
     delayed: tuple[Float[AnyArray, "k e m"], ...]
 
 
-class Link(NamedTuple):
-    """What one piece leaves to act in another one.
+class Closed(NamedTuple):
+    """Places that every delay that acts carries to one another.
 
     Attributes:
-        piece: that leaves it.
-        later: how many pieces after it that is in which it acts.
-        delay: by which of ``DelaySystem.delays`` it comes, node to node; None where it may be any of them, and between
-            the nodes.
+        places: of each the jump that it comes from, and how often each of ``DelaySystem.delays`` carries it, in order.
+        links: which pieces between them leave what acts in which.
     """
 
-    piece: int
-    later: int
-    delay: int | None
+    places: tuple[tuple[int, tuple[int, ...]], ...]
+    links: tuple[Link, ...]
 
 
 class Places(NamedTuple):
-    """Of the places at which pieces may end those that matter, how many pieces hold the longest delay, and whether
-    nothing else bends a force.
+    """What is known of where pieces end.
+
+    Attributes:
+        kept: of the places at which they may, those that matter.
+        reach: how many pieces hold the longest delay.
+        complete: whether nothing else bends a force.
+        closed: places that take all of it in, if there are few.
+        jumps: how many of the places are jumps, the first ones.
     """
 
     kept: tuple[int, ...]
     reach: int
     complete: bool
+    closed: Closed | None = None
+    jumps: int = 0
+
+    @property
+    def as_they_move(self) -> "Places":
+        """For derivatives by what moves them: jumps at one place part then, and what is closed opens."""
+        kept = tuple(sorted({*range(self.jumps), *self.kept}))
+        return Places(kept, self.reach + len(kept) - len(self.kept), self.complete, None, self.jumps)
 
 
 @pytree(static=("longest", "shortest", "places"))
@@ -134,11 +146,27 @@ class DelaySystem:
         return all(isinstance(delay, WholePeriod) for delay in self.delays)
 
     @property
+    def closed(self) -> Closed | None:
+        """The places that delays carry to one another, where these are known."""
+        return None if self.places is None else self.places.closed
+
+    @property
     def delays(self) -> tuple[Delay, ...]:
         """The delays, those of the whole period as one that comes first."""
         every = [term.delay for term in self.feedback if term.delay is not None]
         others = [delay for delay in every if not isinstance(delay, WholePeriod)]
         return (*[WholePeriod()] * (len(others) < len(every)), *others)
+
+    @property
+    def chips(self) -> tuple[OneChip, ...]:
+        """Of each of ``delays`` the coefficient, where all of them are of one chip each and forces have more than one
+        component; none else.
+        """
+        terms = [term for term in self.feedback if term.delay is not None]
+        terms.sort(key=lambda term: not isinstance(term.delay, WholePeriod))
+        found = [term.coefficient for term in terms if isinstance(term.coefficient, OneChip)]
+        known = len(found) == len(terms) == len(self.delays) and all(coefficient.single for coefficient in found)
+        return tuple(found) if known and self.force_size > 1 else ()
 
     def lags(self, phase: Float[AnyArray, " k"]) -> tuple[Float[Array, " k"], ...]:
         """Every delay at phases, in periods, of their shape: no number, rather than a wrong one, where it is not above

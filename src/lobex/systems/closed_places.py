@@ -1,0 +1,122 @@
+"""Places in the period that delays carry to one another: pieces between them leave what acts node to node.
+
+What a tooth leaves at an angle is met by the next one at the same angle. Where a piece ends for one of them, it ends
+for the others, and for those that cut at the same time. Of most cutters these places are soon all found.
+"""
+
+from collections.abc import Iterator
+from functools import partial
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float
+
+from lobex._namespace import namespace
+from lobex._shapes import AnyArray
+from lobex.systems.delays import ConstantDelay, Share
+from lobex.systems.links import Link
+from lobex.systems.system import Closed, DelaySystem
+
+# A phase, the jump that it comes from, and how often each delay carries it.
+_Place = tuple[float, int, tuple[int, ...]]
+# Of pieces that are written out one by one.
+_MOST = 24
+# A share of the period that is rounding.
+_ROUNDING = 1e-9
+
+
+def closed_places(system: DelaySystem, jumps: np.ndarray) -> Closed | None:
+    """The places to which jumps at phases, (b,), are carried by delays that act there, to and fro, of a system of known
+    numbers; None where they are many, or delays not constant.
+    """
+    if not all(type(delay) in (Share, ConstantDelay) for delay in system.delays):
+        return None
+    shares = np.asarray(shares_of(system))
+    none: tuple[int, ...] = (0,) * len(shares)
+    found: list[_Place] = []
+    coming: list[_Place] = [(float(jump), origin, none) for origin, jump in enumerate(jumps)]
+    while coming:
+        new = [place for place in _distinct(coming) if not _among(place[0], found)]
+        found += new
+        if len(found) > _MOST:
+            return None
+        coming = list(_carried(system, new, shares))
+    found.sort()
+    start = np.array([place for place, _, _ in found])
+    length = np.diff(start, append=start[0] + 1)
+    links = _links(system, start, length, shares)
+    return None if links is None else Closed(tuple((origin, counts) for _, origin, counts in found), links)
+
+
+def shares_of(system: DelaySystem) -> Float[AnyArray, " K"]:
+    """Delays that are constant, in periods, (K,)."""
+    shares = [delay.shares(np.zeros(1), system.period)[0] for delay in system.delays]
+    return namespace(shares).stack(shares)
+
+
+def _carried(system: DelaySystem, places: list[_Place], shares: np.ndarray) -> Iterator[_Place]:
+    """Where each delay carries places that it meets, and from where what it meets there comes."""
+    if not places:
+        return
+    place = np.array([where for where, _, _ in places])
+    here, there = (_acts_about(system, place + sign * shares[:, None]) for sign in (0, 1))
+    for index, (_, origin, counts) in enumerate(places):
+        for delay, share in enumerate(shares):
+            for sign, acts in ((-1, here), (1, there)):
+                if acts[delay, index]:
+                    moved = tuple(count + sign * (number == delay) for number, count in enumerate(counts))
+                    yield _mod(place[index] + sign * share), origin, moved
+
+
+def _links(system: DelaySystem, start: np.ndarray, length: np.ndarray, shares: np.ndarray) -> tuple[Link, ...] | None:
+    """Which piece leaves what acts in which; None where they do not match, as those of rounding."""
+    count, middle = len(start), start + length / 2
+    acts = _acts(system, np.broadcast_to(middle, (len(shares), count)))
+    links = []
+    for delay, piece in zip(*np.nonzero(acts), strict=True):
+        begun = start[piece] - shares[delay]
+        distance = np.abs(np.mod(start - begun + 0.5, 1.0) - 0.5)
+        source = int(np.argmin(distance))
+        if distance[source] > _ROUNDING or abs(length[source] - length[piece]) > _ROUNDING:
+            return None
+        turns = round(float(start[source] - begun))
+        links.append(Link(source, int(piece) - source + count * turns, int(delay)))
+    return tuple(sorted(links)) or None
+
+
+def _acts_about(system: DelaySystem, phase: Float[np.ndarray, "K k"]) -> Bool[np.ndarray, "K k"]:
+    """Whether the force of each delay acts just before or just after phases."""
+    return _acts(system, phase - _ROUNDING) | _acts(system, phase + _ROUNDING)
+
+
+def _acts(system: DelaySystem, phase: Float[np.ndarray, "K k"]) -> Bool[np.ndarray, "K k"]:
+    """Whether the force of each delay acts at phases of its own."""
+    count = np.shape(phase)[1]
+    # Of one shape, for which it is compiled.
+    filled = np.pad(phase, ((0, 0), (0, -count % _MOST)), mode="edge")
+    return np.asarray(acting_at(system, filled, tuple(range(len(phase)))))[:, :count]
+
+
+@partial(jax.jit, static_argnames="delays")
+def acting_at(system: DelaySystem, phase: Float[Array, "K k"], delays: tuple[int, ...]) -> Bool[Array, "K k"]:
+    """Whether forces of the delays act, each at phases of its own."""
+    acting = [system.at(one).delayed[delay] for delay, one in zip(delays, phase, strict=True)]
+    return jnp.stack([jnp.any(part != 0, axis=(1, 2)) for part in acting])
+
+
+def _distinct(places: list[_Place]) -> list[_Place]:
+    kept: list[_Place] = []
+    for place, origin, counts in places:
+        if not _among(_mod(place), kept):
+            kept.append((_mod(place), origin, counts))
+    return kept
+
+
+def _among(place: float, others: list[_Place]) -> bool:
+    return any(abs((place - other + 0.5) % 1.0 - 0.5) < _ROUNDING for other, _, _ in others)
+
+
+def _mod(place: float) -> float:
+    """In [0, 1), and 0 for what rounding leaves below it."""
+    return (place + _ROUNDING) % 1.0 - _ROUNDING

@@ -1,0 +1,156 @@
+"""Places that delays carry to one another, and forces of one chip: against what is looked up between the nodes."""
+
+from copy import copy
+from dataclasses import replace
+
+import jax
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import lobex
+from lobex.processes.specific_force import CHIP
+from lobex.processes.teeth import ALONE, StraightTeeth
+from lobex.systems.closed_places import closed_places, shares_of
+from lobex.systems.links import Link, due_from_before
+from lobex.systems.mesh import mesh_of
+
+TOOL = lobex.Modes.plane(
+    x=lobex.Modes.single(frequency=510.0, damping_ratio=0.02, mass=0.5),
+    y=lobex.Modes.single(frequency=802.0, damping_ratio=0.018, mass=0.4),
+)
+
+
+def mill(pitch, immersion):
+    return lobex.Milling(TOOL, lobex.Cutter.end_mill(pitch_degrees=pitch), 6e8, 2e8, immersion)
+
+
+def laid_out(process, **changes):
+    """The same with less known before tracing."""
+    made = copy(process)
+    object.__setattr__(made, "layout", process.layout._replace(**changes))
+    return made
+
+
+@jax.jit
+def radii(process):
+    with jax.enable_x64(True):
+        operator = lobex.Duhamel(nodes=18).operator(process.system(130.0, 2e-3))
+        return operator.matrix
+
+
+def largest(process):
+    with jax.enable_x64(True):
+        values = np.linalg.eigvals(np.asarray(radii(process)))
+    return np.sort(np.abs(values))[::-1]
+
+
+@pytest.mark.parametrize(
+    ("pitch", "immersion"), [([70, 110, 70, 110], 0.5), ([100, 120, 140], 0.3), ([80, 95, 85, 100], 0.5)]
+)
+def test_node_to_node_is_what_is_looked_up_between_the_nodes(pitch, immersion):
+    process = mill(pitch, immersion)
+    assert process.layout.places.closed is not None
+    closed, apart = largest(process), largest(laid_out(process, places=process.layout.places._replace(closed=None)))
+    # Half of the state and less.
+    assert len(closed) < len(apart) / 2
+    assert closed[:6] == pytest.approx(apart[:6], rel=1e-9)
+
+
+@settings(max_examples=12, deadline=None)
+@given(
+    st.lists(st.floats(0.4, 1.0), min_size=2, max_size=5),
+    st.floats(0.02, 0.9),
+    st.sampled_from(["down", "up"]),
+)
+def test_links_come_from_where_the_tooth_ahead_was(shares, immersion, direction):
+    pitch = 360 * np.array(shares) / np.sum(shares)
+    process = lobex.Milling(TOOL, lobex.Cutter.end_mill(pitch_degrees=pitch), 6e8, 2e8, immersion, direction)
+    with jax.enable_x64(True):
+        system = process.system(100.0, 1e-3)
+        if system.closed is None:
+            return
+        mesh, delays = mesh_of(system), np.asarray(shares_of(system))
+        start, length = np.asarray(mesh.start), np.asarray(mesh.length)
+        acts = [np.asarray(part) for part in system.at(start + length / 2).delayed]
+    assert np.all(length > 0)
+    assert np.sum(length) == pytest.approx(1, abs=1e-12)
+    for link in mesh.links:
+        reader = (link.piece + link.later) % mesh.pieces
+        turns = (link.piece + link.later) // mesh.pieces
+        assert start[reader] + turns - delays[link.delay] == pytest.approx(start[link.piece], abs=1e-8)
+        assert length[reader] == pytest.approx(length[link.piece], abs=1e-8)
+    met = {((link.piece + link.later) % mesh.pieces, link.delay) for link in mesh.links}
+    for delay, coefficient in enumerate(acts):
+        assert met >= {(piece, delay) for piece in np.flatnonzero(np.any(coefficient != 0, axis=(1, 2)))}
+
+
+def test_what_is_due_from_before_a_period():
+    # One piece that remembers three periods, and two pieces of which each leaves something to the next.
+    assert due_from_before((Link(0, 3, 0),), 1) == ((0, 0), (1, 0), (2, 0))
+    assert due_from_before((Link(0, 1, 0), Link(1, 1, 0)), 2) == ((0, 0),)
+    # Two kinds are due apart.
+    assert due_from_before((Link(0, 2, 0, 0), Link(1, 1, 1, 1)), 2) == ((0, 0), (0, 1))
+
+
+def test_places_that_go_on_for_ever_are_not_closed():
+    process = mill([71.3, 108.7, 71.3, 108.7], 1.0)
+    with jax.enable_x64(True):
+        system = process.system(100.0, 1e-3)
+        assert closed_places(system, np.array([0.0, 0.3])) is None
+    assert process.layout.places.closed is None
+
+
+@pytest.mark.parametrize("parts", [ALONE, ("cut", "idle")])
+@pytest.mark.parametrize("directions", [1, 2, 3])
+def test_the_force_of_one_chip_is_force_per_chip_times_chip(parts, directions):
+    exit_ = np.pi if parts == ALONE else 2.5
+    teeth = StraightTeeth(2e-3, 6e8, 2e8, None, None, np.pi / 2, exit_, 0.1, 4, directions, CHIP, parts)
+    with jax.enable_x64(True):
+        (piece, *_) = teeth.pieces()
+        phase = piece.start + piece.length * np.linspace(0, 1, 7)
+        push, chip = teeth.factors(piece.start + piece.length / 2, phase)
+        whole = np.asarray(teeth.within(piece.start + piece.length / 2, phase))
+    assert teeth.single
+    assert np.asarray(push) @ np.asarray(chip) == pytest.approx(whole, rel=1e-13, abs=1e-13 * np.max(np.abs(whole)))
+
+
+@pytest.mark.parametrize("immersion", [0.2, 0.5])
+def test_one_tooth_at_a_time_remembers_a_chip_a_node(immersion):
+    """Half as much as the force in two directions, and the same multipliers."""
+    process = lobex.Milling(TOOL, 4, 6e8, 2e8, immersion)
+    both = laid_out(process, parts=("cut", "cut") if immersion == 0.2 else ("cut",))
+    chips, forces = largest(process), largest(both)
+    assert [len(chips), len(forces)] == [4 + 18, 4 + 2 * 18 * (2 if immersion == 0.2 else 1)]
+    assert chips[:6] == pytest.approx(forces[:6], rel=1e-9)
+
+
+def test_gradients_by_pitch_are_those_of_differences_where_places_coincide():
+    """One tooth leaves as another one enters, and images of jumps meet others: places that are one till angles move."""
+    tool, method = lobex.Modes.single(frequency=510.0, damping_ratio=0.02, mass=0.5), lobex.Duhamel(nodes=12)
+    process = lobex.Milling(tool, lobex.Cutter.end_mill(pitch_degrees=[120.0, 90.0, 150.0]), 6e8, 2e8, 0.5)
+    change = np.array([1.0, -0.5, -0.5])
+
+    def radius(amount):
+        cutter = replace(process.cutter, pitch=process.cutter.pitch + amount * change)
+        return lobex.spectral_radius(replace(process, cutter=cutter), 130.0, 2e-3, method)
+
+    with jax.enable_x64(True):
+        slope = float(jax.jit(jax.grad(radius))(0.0))
+        by_leaf = jax.jit(jax.grad(lambda mill: lobex.spectral_radius(mill, 130.0, 2e-3, method)))(process)
+    difference = (float(radius(1e-4)) - float(radius(-1e-4))) / 2e-4
+    assert slope == pytest.approx(difference, rel=1e-6)
+    assert np.asarray(by_leaf.cutter.pitch) @ change == pytest.approx(difference, rel=1e-6)
+
+
+def test_gradient_by_the_immersion_is_that_of_differences_where_one_tooth_leaves_as_another_one_enters():
+    tool, method = lobex.Modes.single(frequency=510.0, damping_ratio=0.02, mass=0.5), lobex.Duhamel(nodes=12)
+    process = lobex.Milling(tool, lobex.Cutter.end_mill(pitch_degrees=[120.0, 90.0, 150.0]), 6e8, 2e8, 0.5)
+    with jax.enable_x64(True):
+        found = jax.jit(jax.grad(lambda mill: lobex.spectral_radius(mill, 130.0, 2e-3, method)))(process)
+    ahead, behind = (
+        float(lobex.spectral_radius(replace(process, radial_immersion=0.5 + step), 130.0, 2e-3, method))
+        for step in (1e-4, -1e-4)
+    )
+    assert float(found.radial_immersion) == pytest.approx((ahead - behind) / 2e-4, rel=1e-5)
