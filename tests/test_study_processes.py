@@ -2,6 +2,7 @@
 
 import contextlib
 import fcntl
+import multiprocessing
 import os
 import pty
 import re
@@ -9,8 +10,10 @@ import signal
 import struct
 import subprocess
 import sys
+import tempfile
 import termios
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -19,43 +22,48 @@ import lobex
 from commands import run
 from lobex.studies.processes import Children
 from lobex.studies.study import Study
+from shares_of_a_study import COUNT, work
 
-COUNT = 20
 # More than there are: two processes may write the same chunk.
 ALL = 10 * COUNT
-# Chunks are written as far as the number in a file allows: what a test then kills or interrupts is still at work,
-# however busy the machine is.
-PROGRAM = f"""
-import sys, time
-from pathlib import Path
-import numpy as np
-import lobex
-from lobex.studies.store import Store
-share = tuple(map(int, sys.argv[2].split("/")))
-rub = lobex.Rub(lobex.Rod(1).modes(0.03))
-over = {{"modes.damping_ratio": np.linspace(0.01, 0.1, {COUNT})}}
-gate, write = Path(sys.argv[3]), Store.write
-
-
-def write_if_allowed(store, number, dataset):
-    while len(store.present()) >= int(gate.read_text()):
-        time.sleep(0.005)
-    return write(store, number, dataset)
-
-
-Store.write = write_if_allowed
-lobex.sweep(
-    rub, np.linspace(300, 700, 4), np.linspace(1e5, 4e6, 3),
-    over=over, store=sys.argv[1], processes=share, progress=True,
+STUDY = Path(__file__).with_name("shares_of_a_study.py")
+# Every process is a fork of one that has imported what the study needs, which takes longer than the study, and has not
+# started JAX, which cannot be forked.
+FORKS = multiprocessing.get_context("forkserver")
+FORKS.set_forkserver_preload(
+    ["jax", "lobex", "lobex.verbs", "lobex.studies.charts", "lobex.studies.store", "h5netcdf.legacyapi"]
 )
-"""
+
+
+class Begun:
+    """A process that works at the study, and what it has said so far."""
+
+    def __init__(self, folder, share):
+        handle, self.told = tempfile.mkstemp(suffix=".told", dir=folder.parent)
+        os.close(handle)
+        self.process = FORKS.Process(target=work, args=(str(folder), share, str(gate_of(folder)), self.told))
+        self.process.start()
+
+    @property
+    def said(self):
+        return Path(self.told).read_text()
+
+    @property
+    def returncode(self):
+        return self.process.exitcode
+
+    def send(self, number):
+        os.kill(self.process.pid, number)
+
+    def end(self):
+        self.process.join(300)
+        return self.returncode
 
 
 def begin(folder, share="0/1", chunks=ALL):
     """Start the study of this file, which may write so many chunks."""
     allow(folder, chunks)
-    command = [sys.executable, "-c", PROGRAM, str(folder), share, str(gate_of(folder))]
-    return subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
+    return Begun(folder, share)
 
 
 def gate_of(folder):
@@ -73,10 +81,9 @@ def allow(folder, chunks):
 def uninterrupted(tmp_path_factory):
     folder = tmp_path_factory.mktemp("whole") / "s"
     process = begin(folder)
-    _, error = process.communicate(timeout=300)
-    assert process.returncode == 0, error
+    assert process.end() == 0, process.said
     # A bar is for a terminal.
-    assert "pt/s" not in error
+    assert "pt/s" not in process.said
     return names(folder)
 
 
@@ -88,8 +95,8 @@ def names(folder):
 def wait_for(folder, least, process):
     """Until there are so many files."""
     while len(names(folder)) < least:
-        ended = process.poll() is not None
-        assert not ended or len(names(folder)) >= least, process.stderr.read()
+        ended = process.returncode is not None
+        assert not ended or len(names(folder)) >= least, process.said
         time.sleep(0.005)
 
 
@@ -100,13 +107,11 @@ def test_a_store_killed_at_random_instants_ends_the_same(uninterrupted, tmp_path
         process = begin(folder, chunks=wanted + 2)
         wait_for(folder, wanted, process)
         time.sleep(0.05 * random.random())
-        process.kill()
-        process.communicate()
-        assert process.returncode == -signal.SIGKILL
+        process.send(signal.SIGKILL)
+        assert process.end() == -signal.SIGKILL
         assert set(names(folder)) < set(uninterrupted)
     process = begin(folder)
-    _, error = process.communicate(timeout=300)
-    assert process.returncode == 0, error
+    assert process.end() == 0, process.said
     assert names(folder) == uninterrupted
     assert not list(folder.glob(".*"))
 
@@ -115,8 +120,7 @@ def test_a_store_killed_at_random_instants_ends_the_same(uninterrupted, tmp_path
 def test_two_processes_make_what_one_makes(shares, uninterrupted, tmp_path):
     both = [begin(tmp_path / "s", share) for share in shares]
     for process in both:
-        _, error = process.communicate(timeout=300)
-        assert process.returncode == 0, error
+        assert process.end() == 0, process.said
     assert names(tmp_path / "s") == uninterrupted
 
 
@@ -124,11 +128,10 @@ def test_one_of_two_completes_what_the_killed_one_leaves(uninterrupted, tmp_path
     folder = tmp_path / "s"
     first, second = begin(folder, "0/2", chunks=COUNT // 2), begin(folder, "1/2", chunks=COUNT // 2)
     wait_for(folder, 3, second)
-    second.kill()
-    second.communicate()
+    second.send(signal.SIGKILL)
+    second.end()
     allow(folder, ALL)
-    _, error = first.communicate(timeout=300)
-    assert first.returncode == 0, error
+    assert first.end() == 0, first.said
     assert names(folder) == uninterrupted
 
 
@@ -136,14 +139,13 @@ def test_a_killed_share_is_completed_by_a_rerun_of_one(uninterrupted, tmp_path):
     folder = tmp_path / "s"
     process = begin(folder, "1/2", chunks=8)
     wait_for(folder, 5, process)
-    process.kill()
-    process.communicate()
+    process.send(signal.SIGKILL)
+    process.end()
     assert "manifest.json" in names(folder)
     # It began with its own share, every second chunk.
     assert {int(name[:8]) % 2 for name in names(folder) if name != "manifest.json"} == {1}
     process = begin(folder, "0/1")
-    _, error = process.communicate(timeout=300)
-    assert process.returncode == 0, error
+    assert process.end() == 0, process.said
     assert names(folder) == uninterrupted
 
 
@@ -151,12 +153,11 @@ def test_ctrl_c_keeps_what_is_done_and_says_so(uninterrupted, tmp_path):
     folder = tmp_path / "s"
     process = begin(folder, chunks=8)
     wait_for(folder, 4, process)
-    process.send_signal(signal.SIGINT)
+    process.send(signal.SIGINT)
     allow(folder, ALL)
-    _, error = process.communicate(timeout=300)
-    assert process.returncode != 0
+    assert process.end() != 0
     done = len(names(folder)) - 1
-    assert f"KeyboardInterrupt: {done} of {COUNT} chunks are in" in error
+    assert f"KeyboardInterrupt: {done} of {COUNT} chunks are in" in process.said
     assert set(names(folder)) <= set(uninterrupted)
 
 
@@ -164,7 +165,7 @@ def test_a_terminal_is_shown_the_rate_and_the_time_left(uninterrupted, tmp_path)
     ours, theirs = pty.openpty()
     fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 120, 0, 0))
     allow(tmp_path / "s", ALL)
-    command = [sys.executable, "-c", PROGRAM, str(tmp_path / "s"), "0/1", str(gate_of(tmp_path / "s"))]
+    command = [sys.executable, STUDY, str(tmp_path / "s"), "0/1", str(gate_of(tmp_path / "s"))]
     process = subprocess.Popen(command, stderr=theirs)
     os.close(theirs)
     shown = b""
