@@ -108,6 +108,7 @@ def tapered(free):
     return lobex.Rub(lobex.Modes.from_matrices(mass, stiffness, tip, NOMINAL["damping_ratio"])), area
 
 
+@jax.jit
 def limits(free):
     return lobex.exact_limit(tapered(free)[0], RANGE).gain
 
@@ -128,10 +129,11 @@ def climb(start):
 UNIFORM = np.full(SECTIONS, np.log((1 - LIGHTEST) / (HEAVIEST - 1)))
 with jax.enable_x64(True):
     best = np.asarray(climb(UNIFORM))
-    slope = np.asarray(jax.grad(soft_minimum)(UNIFORM))
-    areas = np.asarray(tapered(best)[1])
+    slope = np.asarray(jax.jit(jax.grad(soft_minimum))(UNIFORM))
+    areas = np.asarray(jax.jit(lambda free: tapered(free)[1])(best))
     before, after = (np.asarray(limits(free)) for free in (UNIFORM, best))
-    first, natural = (float(tapered(free)[0].modes.frequency[0]) for free in (UNIFORM, best))
+    natural_frequency = jax.jit(lambda free: tapered(free)[0].modes.frequency[0])
+    first, natural = (float(natural_frequency(free)) for free in (UNIFORM, best))
 print("cross-sections from clamp to tip (cm²):", np.round(1e4 * areas, 2))
 print(f"stable up to {before.min() / 1e6:.3f} MN/m before and {after.min() / 1e6:.3f} MN/m after, in the whole range,")
 print(f"  {after.min() / before.min():.2f} times; first natural frequency {first:.0f} Hz, then {natural:.0f} Hz")
