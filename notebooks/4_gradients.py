@@ -95,6 +95,7 @@ LIGHTEST, HEAVIEST = 0.6, 1.6
 TEMPERATURE, STEPS, FIRST_STEP, SHRINK = 0.01, 60, 0.15, 0.95
 
 
+@jax.jit
 def tapered(free):
     """A rub of the blade whose cross-sections, from the clamp to the tip, follow from eight free numbers."""
     share = LIGHTEST + (HEAVIEST - LIGHTEST) * jax.nn.sigmoid(free)
@@ -108,7 +109,6 @@ def tapered(free):
     return lobex.Rub(lobex.Modes.from_matrices(mass, stiffness, tip, NOMINAL["damping_ratio"])), area
 
 
-@jax.jit
 def limits(free):
     return lobex.exact_limit(tapered(free)[0], RANGE).gain
 
@@ -121,19 +121,17 @@ def soft_minimum(free):
 def climb(start):
     def step(free, length):
         slope = jax.grad(soft_minimum)(free)
-        return free + length * slope / jnp.linalg.norm(slope) * np.sqrt(SECTIONS), None
+        return free + length * slope / jnp.linalg.norm(slope) * np.sqrt(SECTIONS), slope
 
-    return jax.lax.scan(step, start, FIRST_STEP * SHRINK ** jnp.arange(STEPS))[0]
+    return jax.lax.scan(step, start, FIRST_STEP * SHRINK ** jnp.arange(STEPS))
 
 
 UNIFORM = np.full(SECTIONS, np.log((1 - LIGHTEST) / (HEAVIEST - 1)))
 with jax.enable_x64(True):
-    best = np.asarray(climb(UNIFORM))
-    slope = np.asarray(jax.jit(jax.grad(soft_minimum))(UNIFORM))
-    areas = np.asarray(jax.jit(lambda free: tapered(free)[1])(best))
+    best, slopes = (np.asarray(part) for part in climb(UNIFORM))
+    areas = np.asarray(tapered(best)[1])
     before, after = (np.asarray(limits(free)) for free in (UNIFORM, best))
-    natural_frequency = jax.jit(lambda free: tapered(free)[0].modes.frequency[0])
-    first, natural = (float(natural_frequency(free)) for free in (UNIFORM, best))
+    first, natural = (float(tapered(free)[0].modes.frequency[0]) for free in (UNIFORM, best))
 print("cross-sections from clamp to tip (cm²):", np.round(1e4 * areas, 2))
 print(f"stable up to {before.min() / 1e6:.3f} MN/m before and {after.min() / 1e6:.3f} MN/m after, in the whole range,")
 print(f"  {after.min() / before.min():.2f} times; first natural frequency {first:.0f} Hz, then {natural:.0f} Hz")
