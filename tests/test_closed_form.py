@@ -79,7 +79,7 @@ def test_a_class_of_ones_own_and_derivatives_by_its_numbers():
         def limit(process):
             return lobex.exact_limit(process, 85.0).gain[0]
 
-        mine, wanted = (jax.tree.map(np.asarray, jax.grad(limit)(p)) for p in (Whole(ROD.modes, 2.0), ROD))
+        mine, wanted = (jax.tree.map(np.asarray, jax.jit(jax.grad(limit))(p)) for p in (Whole(ROD.modes, 2.0), ROD))
         # A part that is left is a number like any other, of which nothing is known while it is traced.
         with pytest.raises(ValueError, match="Tip has no exact limit, since it has a force that is not one of what is"):
             jax.grad(limit)(Tip(ROD.modes, 2.0))

@@ -85,7 +85,7 @@ def test_derivative_by_the_damping_of_the_whole_chain():
         def limit(ratio):
             return lobex.exact_limit(lobex.Rub(lobex.Rod(5).modes(ratio)), 85.0).gain[0]
 
-        slope = float(jax.grad(limit)(0.03))
+        slope = float(jax.jit(jax.grad(limit))(0.03))
     step = 1e-5
     difference = (float(limit(0.03 + step)) - float(limit(0.03 - step))) / (2 * step)
     assert slope == pytest.approx(difference, rel=1e-7)

@@ -297,7 +297,7 @@ def critical(at):
 
 
 # Compiled once for all speeds and directions of a structure.
-SLOPE = jax.jit(jax.grad(critical))
+BOTH = jax.jit(jax.value_and_grad(critical))
 FORWARD = jax.jit(lambda at, moved: jax.jvp(critical, (at,), (moved,))[1])
 
 
@@ -307,16 +307,17 @@ def test_gradient_of_everything_against_differences(modes, speed):
     with jax.enable_x64(True):
         at = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=float), (lobex.Turning(modes, radial=3e8), speed))
         assert not exact_critical(*at).tie
-        gradient = SLOPE(at)
+        value, gradient = BOTH(at)
         leaves, tree = jax.tree.leaves(at), jax.tree.structure(at)
-        scale = float(critical(at))
+        assert float(value) == pytest.approx(float(critical(at)), rel=1e-13)
+        scale = float(value)
         rng = np.random.default_rng(1)
         for index, leaf in enumerate(leaves):
             direction = [np.zeros_like(other) for other in leaves]
             direction[index] = leaf * rng.uniform(0.5, 1.0, leaf.shape)
             moved = jax.tree.unflatten(tree, direction)
             exact = sum(np.sum(g * d) for g, d in zip(jax.tree.leaves(gradient), direction, strict=True))
-            assert exact == pytest.approx(central(critical, at, moved, 1e-5), rel=1e-6, abs=1e-8 * scale)
+            assert exact == pytest.approx(central(lambda x: BOTH(x)[0], at, moved, 1e-5), rel=1e-6, abs=1e-8 * scale)
             forward = FORWARD(at, moved)
             assert float(forward) == pytest.approx(float(exact), rel=1e-10, abs=1e-14 * scale)
 

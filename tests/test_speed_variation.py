@@ -138,7 +138,7 @@ def test_derivatives_by_the_amplitude_are_those_of_differences():
     step = 1e-5
     wanted = (radius(0.12 + step) - radius(0.12 - step)) / (2 * step)
     with jax.enable_x64(True):
-        assert jax.grad(radius)(0.12) == pytest.approx(float(wanted), rel=1e-6)
+        assert jax.jit(jax.grad(radius))(0.12) == pytest.approx(float(wanted), rel=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -51,6 +51,10 @@ def test_chunks_of_any_shape_give_the_same_map(monkeypatch):
         assert parts.chatter_frequency == pytest.approx(whole.chatter_frequency, rel=1e-9)
 
 
+# Each as one program, as a sweep has it.
+PAIR, TRIPLE, LEFT = (jax.jit(one) for one in (power.pair_by_squaring, power.triple_by_squaring, dense.left_vector))
+
+
 def test_powers_report_their_own_failure():
     # Twelve multipliers of one modulus: no plane holds the dominant space.
     angles = np.linspace(0.1, 3.0, 6)
@@ -62,7 +66,7 @@ def test_powers_report_their_own_failure():
         matrix[2 * i : 2 * i + 2, 2 * i : 2 * i + 2] = block
     matrix = basis @ matrix @ np.linalg.inv(basis)
     with jax.enable_x64(True):
-        pair = power.pair_by_squaring(matrix, 8)
+        pair = PAIR(matrix, 8)
         assert float(power.residual(matrix, pair)) > 1e-6
         assert abs(complex(dense.pair_by_eigensolver(matrix)[0])) == pytest.approx(1, abs=1e-12)
 
@@ -75,7 +79,7 @@ def test_powers_meet_a_known_spectrum(second):
     inverse = np.linalg.inv(basis)
     matrix = basis @ np.diag(values) @ inverse
     with jax.enable_x64(True):
-        (value, right, left), residual = power.triple_by_squaring(matrix, 10)
+        (value, right, left), residual = TRIPLE(matrix, 10)
     # The basis' condition, a few hundred, times rounding.
     assert complex(value) == pytest.approx(1.3, rel=1e-10)
     assert float(residual) < 1e-10
@@ -90,7 +94,7 @@ def test_powers_meet_a_known_pair():
     matrix[:2, :2] = 1.1 * np.array([[np.cos(2.0), -np.sin(2.0)], [np.sin(2.0), np.cos(2.0)]])
     matrix = basis @ matrix @ np.linalg.inv(basis)
     with jax.enable_x64(True):
-        (value, _, left), residual = power.triple_by_squaring(matrix, 10)
+        (value, _, left), residual = TRIPLE(matrix, 10)
     assert complex(value) == pytest.approx(1.1 * np.exp(2j), rel=1e-11)
     assert float(residual) < 1e-10
     assert np.asarray(left) @ matrix == pytest.approx(complex(value) * np.asarray(left), abs=1e-9)
@@ -107,8 +111,8 @@ def test_left_vectors_belong_to_the_pair(angle, second):
         matrix[:2, :2] = turn
     matrix = basis @ matrix @ np.linalg.inv(basis)
     with jax.enable_x64(True):
-        value, right, left = map(power.as_complex, power.pair_by_squaring(matrix, 9))
-        other = dense.left_vector(matrix, value, right)
+        value, right, left = map(power.as_complex, PAIR(matrix, 9))
+        other = LEFT(matrix, value, right)
     values, vectors = np.linalg.eig(matrix.T)
     expected = vectors[:, np.argmin(np.abs(values - complex(value)))]
     expected = expected / (expected @ np.asarray(right))
