@@ -88,7 +88,9 @@ def sizes_for(process: Process, slowest: float, method: Duhamel) -> tuple[int, .
     closed = as_feedback(process.system(slowest, 0.0))
     widest = float(np.max(mesh_of(closed).length))
     turn = np.max(quickness(np.asarray(closed.blocks))) * float(closed.period) * widest / 2
-    enough = tail_bound(np.nan_to_num(turn), np.array(_SIZES[1:-1])) < np.sqrt(method.tolerance)
+    # Where the first is just too coarse for the tolerance, its difference from the second is above it as well, and a
+    # third is compiled.
+    enough = tail_bound(np.nan_to_num(turn), np.array(_SIZES[:-1])) < np.sqrt(method.tolerance)
     return _SIZES[int(np.argmax(enough)) if enough.any() else len(_SIZES) - 2 :]
 
 
