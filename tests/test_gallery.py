@@ -296,9 +296,9 @@ def test_the_shell_lists_the_figures_and_writes_nothing(tmp_path, shell):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_quiet_is_quiet(tmp_path, shell):
-    done = shell("reproduce", "fig-1.2", "--quiet", "--out", "here")
-    assert (done.code, done.out, done.err) == (0, "", "")
+def test_quiet_is_quiet(tmp_path):
+    done = run("reproduce", "fig-1.2", "--quiet", "--out", "here", cwd=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
     assert sorted(p.name for p in (tmp_path / "here").iterdir()) == ["fig-1.2.nc", "fig-1.2.png"]
 
 

@@ -83,7 +83,6 @@ def test_the_recommended_milling_point_holds():
         RPM="np.linspace(8500, 14500, 61)",
         chart="lobex.sweep(mill, speed, np.linspace(0, 14e-3, 36))",
         island="lobex.sweep(mill, np.linspace(11500, 12500, 21) / 60, np.linspace(2e-3, 6e-3, 17))",
-        TOOLS="60",
     )
     limit, best, peak = (seen[n] for n in ("limit", "best", "peak"))
     assert set(limit.status) <= {"found", "tie"}
