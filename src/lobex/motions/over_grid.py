@@ -121,7 +121,7 @@ def _over_grid(
 
     if not len(row):
         row, column = np.zeros((2, 1), dtype=int)
-    sizes = sizes_for(process, np.min(speeds), method)
+    sizes = sizes_for(process, np.min(speeds), method, many=True)
     known, error = refined(at, lambda found: found.seen, sizes, method.tolerance, len(row))
     pulled = None if known.over is None else np.max(known.over.pulled, axis=-1)
     status = np.full(radius.shape, OrbitStatus.UNSTABLE, dtype=np.int8)

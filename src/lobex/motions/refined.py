@@ -81,16 +81,19 @@ def refined(
     return known, error
 
 
-def sizes_for(process: Process, slowest: float, method: Duhamel) -> tuple[int, ...]:
-    """The nodes to try in turn, the first to judge the second by: it follows every mode over the widest piece."""
+def sizes_for(process: Process, slowest: float, method: Duhamel, many: bool = False) -> tuple[int, ...]:
+    """The nodes to try in turn, the first to judge the second by, which follows every mode over the widest piece.
+
+    Unless motions are ``many``, the first does as well: where it is just too coarse, its difference from the second is
+    above the tolerance, and a third size is to be compiled.
+    """
     if method.nodes is not None:
         return judging(method.nodes), method.nodes
     closed = as_feedback(process.system(slowest, 0.0))
     widest = float(np.max(mesh_of(closed).length))
     turn = np.max(quickness(np.asarray(closed.blocks))) * float(closed.period) * widest / 2
-    # Where the first is just too coarse for the tolerance, its difference from the second is above it as well, and a
-    # third is compiled.
-    enough = tail_bound(np.nan_to_num(turn), np.array(_SIZES[:-1])) < np.sqrt(method.tolerance)
+    following = _SIZES[1:-1] if many else _SIZES[:-1]
+    enough = tail_bound(np.nan_to_num(turn), np.array(following)) < np.sqrt(method.tolerance)
     return _SIZES[int(np.argmax(enough)) if enough.any() else len(_SIZES) - 2 :]
 
 
