@@ -154,3 +154,24 @@ def test_gradient_by_the_immersion_is_that_of_differences_where_one_tooth_leaves
         for step in (1e-4, -1e-4)
     )
     assert float(found.radial_immersion) == pytest.approx((ahead - behind) / 2e-4, rel=1e-5)
+
+
+def test_gradients_of_an_orbit_by_pitch_are_those_of_differences_where_places_coincide():
+    tool, method = (
+        lobex.Modes.single(frequency=510.0, damping_ratio=0.02, mass=0.5),
+        lobex.Duhamel(nodes=16, tolerance=1e-6),
+    )
+    cutter = lobex.Cutter.end_mill(pitch_degrees=[120.0, 90.0, 150.0])
+    process = lobex.Milling(tool, cutter, 6e8, 2e8, 0.5, feed_per_tooth=1e-4)
+    change = np.array([1.0, -0.5, -0.5])
+
+    def displaced(mill):
+        return 1e6 * lobex.orbit(mill, 130.0, 1e-3, method, phase=[0.3]).displacement[0, 0]
+
+    with jax.enable_x64(True):
+        found = jax.jit(jax.grad(displaced))(process)
+    ahead, behind = (
+        displaced(replace(process, cutter=replace(cutter, pitch=cutter.pitch + step * change)))
+        for step in (1e-4, -1e-4)
+    )
+    assert np.asarray(found.cutter.pitch) @ change == pytest.approx((ahead - behind) / 2e-4, rel=1e-5)

@@ -25,7 +25,7 @@ from lobex.motions.refined import Seen, apart, judging, refined, seen, sizes_for
 from lobex.operators.duhamel import Duhamel
 from lobex.processes.declared import check_system
 from lobex.processes.plausible import warn_of_implausible
-from lobex.processes.process import Process, check_gain, check_process, check_speed, lanes_shape
+from lobex.processes.process import Process, check_gain, check_process, check_speed, differentiable, lanes_shape
 from lobex.processes.quantity import quantity_of
 from lobex.processes.teeth_at_work import Toothed
 from lobex.results.codes import OrbitStatus
@@ -220,6 +220,8 @@ def traced_motion(
 ) -> dict[str, Any]:
     """The same for traced numbers."""
     nodes = method.nodes or _TRACED
+    # Of several forms, which differ where an immersion is full alone, one.
+    (*_, (_, process)) = differentiable(process)
 
     def point(speed: Real[Array, ""], gain: Real[Array, ""]) -> dict[str, Any]:
         check_forced(process.system(speed, gain))

@@ -1,0 +1,118 @@
+"""Charts of cutters as shops have them, with their time and error, beside semi-discretization in numba: CUTTERS.md.
+
+make bench
+"""
+
+import time
+import warnings
+from pathlib import Path
+from typing import Any
+
+import jax
+import numpy as np
+
+import lobex
+from machine import machine
+from pitched_numba import spectral_radii
+
+HERE = Path(__file__).parent
+ROUNDS, SAMPLE = 3, (10, 5)
+PITCH = [70.0, 110.0, 70.0, 110.0]
+TOOL = lobex.Modes.from_table(
+    frequency=[510.0, 802.0, 525.0, 770.0],
+    damping_ratio=[0.02, 0.018, 0.022, 0.02],
+    mass=[0.5, 1.0, 0.55, 0.8],
+    direction=["x", "x", "y", "y"],
+)
+FORCE = 6e8, 2e8
+DIAMETER, IMMERSION = 0.019, 0.5
+SPEEDS, DEPTHS = np.linspace(3000, 15000, 200) / 60, np.linspace(2e-5, 4e-3, 100)
+CUTTERS: dict[str, dict[str, Any]] = {
+    "90-90-90-90": {"teeth": 4},
+    "70-110-70-110": {"pitch_degrees": PITCH},
+    "90-90-90-90, helix 30°": {"teeth": 4, "helix_degrees": 30.0},
+    "70-110-70-110, helix 30°": {"pitch_degrees": PITCH, "helix_degrees": 30.0},
+}
+STEPS = 40, 80, 160
+
+
+def milling(cutter: dict[str, Any]) -> lobex.Milling:
+    """Half immersion down-milling of aluminium."""
+    return lobex.Milling(TOOL, lobex.Cutter.end_mill(DIAMETER, **cutter), *FORCE, IMMERSION, "down")
+
+
+def sampled(process: lobex.Milling) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Speeds, depths and |μ| of a sample of points, with many nodes."""
+    rows, columns = (np.linspace(0, len(a) - 1, n).astype(int) for a, n in zip((SPEEDS, DEPTHS), SAMPLE, strict=True))
+    fine = lobex.sweep(process, SPEEDS[rows], DEPTHS[columns], lobex.Duhamel(nodes=30))
+    return rows, columns, fine.spectral_radius
+
+
+def measured(process: lobex.Milling) -> tuple[float, float, float, float]:
+    """Best of a few times s, compiling s, largest estimated error, and largest error of a sample of points."""
+    chart = lobex.sweep(process, SPEEDS, DEPTHS)
+    compiling, best = chart.compiling, np.inf
+    for _ in range(ROUNDS):
+        begun = time.perf_counter()
+        chart = lobex.sweep(process, SPEEDS, DEPTHS)
+        best = min(best, time.perf_counter() - begun)
+    rows, columns, fine = sampled(process)
+    error = np.abs(chart.spectral_radius[np.ix_(rows, columns)] / fine - 1)
+    return best, compiling, float(np.nanmax(chart.error)), float(np.max(error))
+
+
+def usual(process: lobex.Milling, steps: int) -> tuple[float, float]:
+    """Seconds that semi-discretization takes for a chart, from a sample of its points, and its largest error there."""
+    rows, columns, fine = sampled(process)
+    speed, depth = (part.ravel() for part in np.meshgrid(SPEEDS[rows], DEPTHS[columns], indexing="ij"))
+    modes, (entry, exit_) = process.modes, map(float, process.engagement)
+    numbers = (
+        np.asarray(modes.angular_frequency, dtype=float),
+        np.asarray(modes.damping_ratio, dtype=float),
+        np.asarray(modes.shape, dtype=float),
+        np.radians(PITCH[:2]),
+        *FORCE,
+        entry,
+        exit_,
+    )
+    spectral_radii(*numbers, speed[:1], depth[:1], steps)
+    begun = time.perf_counter()
+    found = spectral_radii(*numbers, speed, depth, steps)
+    seconds = (time.perf_counter() - begun) * len(SPEEDS) * len(DEPTHS) / len(speed)
+    return seconds, float(np.max(np.abs(found / fine.ravel() - 1)))
+
+
+def main() -> None:
+    """Measure, and write the tables."""
+    warnings.simplefilter("ignore", lobex.SweepWarning)
+    lines = [
+        "# Cutters",
+        "",
+        f"Measured by `benchmarks/cutters.py` with jax {jax.__version__} on {machine()}:",
+        f"charts of {len(SPEEDS)} × {len(DEPTHS)} points of a tool with two modes in each of two directions,",
+        f"by default, the best of {ROUNDS}; errors of {SAMPLE[0]} × {SAMPLE[1]} points against 30 nodes a piece.",
+        "",
+        "| teeth | time, s | compiling, s | largest estimated error | largest error |",
+        "|---|---|---|---|---|",
+    ]
+    for name, cutter in CUTTERS.items():
+        best, compiling, estimate, error = measured(milling(cutter))
+        lines.append(f"| {name} | {best:.2f} | {compiling:.0f} | {estimate:.0e} | {error:.0e} |")
+        print(lines[-1], flush=True)
+    lines += [
+        "",
+        "The chart of 70-110-70-110 by zeroth-order semi-discretization in numba (`benchmarks/pitched_numba.py`), on",
+        "every core, from the time of the same sample of points:",
+        "",
+        "| steps a period | time, s | largest error |",
+        "|---|---|---|",
+    ]
+    for steps in STEPS:
+        seconds, error = usual(milling(CUTTERS["70-110-70-110"]), steps)
+        lines.append(f"| {steps} | {seconds:.0f} | {error:.0e} |")
+        print(lines[-1], flush=True)
+    (HERE / "CUTTERS.md").write_text("\n".join(lines) + "\n")
+
+
+if __name__ == "__main__":
+    main()
