@@ -1,6 +1,5 @@
 """The monodromy operator with the structure solved exactly and the force a polynomial through Gauss points."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -13,16 +12,16 @@ from lobex import _checks
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray, Number
 from lobex.floquet.power import Pair, rotation
-from lobex.operators.elimination import pivoted_inverse
+from lobex.operators.answer import Chips, answer_to_chips, answer_to_forces, looped, resolvents
+from lobex.operators.elimination import Inverse, pivoted_inverse
 from lobex.operators.estimate import InContact, estimated_error, rounding, sizes_of, unresolved, unresolved_force
 from lobex.operators.operator import MOST_NODES, MonodromyOperator
-from lobex.operators.over_pieces import March, Pieces, acting, framed, marched, matrix_of, rows, size_of_state
+from lobex.operators.over_pieces import March, Pieces, marched, matrix_of, size_of_state
 from lobex.operators.prepared import Prepared, points_between, prepare
 from lobex.operators.response import forced_response, gauss_nodes
+from lobex.operators.rows import acting, rows
 from lobex.systems.mesh import Mesh, mesh_of
 from lobex.systems.system import DelaySystem, Forces
-
-Inverse = Callable[[Float[Array, "n n"]], Float[Array, "n n"]]
 
 _NODES = 40
 # Samples of the free vibration over a piece without force, where nobody says how many waves there are: 80 of them.
@@ -122,7 +121,7 @@ class Duhamel:
         # Forces that delays shorter than a piece bring act within it, and follow the gain.
         if not resolved or prepared.recent is not None:
             return prepared
-        return replace(prepared, resolvent=_resolvents(_looped(prepared, self.forces(system)), pivoted_inverse))
+        return replace(prepared, resolvent=resolvents(looped(prepared, self.forces(system)), pivoted_inverse))
 
     def respond(
         self, prepared: Prepared, system: DelaySystem, inverse: Inverse, forces: Forces | None = None
@@ -132,28 +131,18 @@ class Duhamel:
         With ``inverse`` for the matrices (e·q, e·q) of the contact, and ``forces`` of the system where these are known.
         """
         forces, mesh = forces or self.forces(system), mesh_of(system)
-        looped, d = _looped(prepared, forces), system.state_size
-        resolvent = _resolvents(looped, inverse) if prepared.resolvent is None else prepared.resolvent
         readers = np.array([(link.piece + link.later) % mesh.pieces for link in mesh.links])
-        where = np.array([piece for piece, _ in mesh.dues])
-        from_due, frame = resolvent[where], None
-        if not mesh.to_nodes:
-            parts = [rows(acts[readers], prepared.left[:, index]) for index, acts in enumerate(forces.delayed)]
-            left = sum(parts[1:], parts[0])
+        if system.chips and mesh.to_nodes:
+            chips = self._factors(system)
+            answer, met = answer_to_chips(prepared, system, mesh, forces, chips, inverse), chips.met
         else:
-            acts, delays = jnp.stack(forces.delayed), np.array([link.delay for link in mesh.links])
-            if system.chips:
-                push, acts = self._factors(system)
-                frame = push[np.array([kind for _, kind in mesh.dues]), where]
-                from_due = framed(from_due, frame)
-            left = rows(acts[delays, readers], prepared.left[:, 0])
-        return Pieces(
-            from_start=resolvent @ looped[..., :d],
-            from_due=from_due,
-            frame=frame,
-            onward=prepared.onward,
-            left=left,
-        )
+            answer, met = answer_to_forces(prepared, system, mesh, forces, inverse), forces.delayed
+        if mesh.to_nodes:
+            left = rows(jnp.asarray(met)[np.array([link.delay for link in mesh.links]), readers], prepared.left[:, 0])
+        else:
+            parts = [rows(acts[readers], prepared.left[:, index]) for index, acts in enumerate(met)]
+            left = sum(parts[1:], parts[0])
+        return Pieces(answer, prepared.onward, left)
 
     def assemble(self, pieces: Pieces, system: DelaySystem) -> Float[Array, "N N"]:
         """The operator's matrix, (N, N)."""
@@ -254,15 +243,15 @@ class Duhamel:
 
         return jax.tree.map(lambda part: _scale(system) * part, jax.vmap(over)(mesh.start, mesh.length))
 
-    def _factors(self, system: DelaySystem) -> tuple[Float[Array, "K M q e 1"], Float[Array, "K M q 1 m"]]:
+    def _factors(self, system: DelaySystem) -> Chips:
         """Forces per chip and chips per output of every delay at the nodes of every piece, scaled as ``forces``."""
         mesh, points = mesh_of(system), gauss_nodes(self.count)[0]
 
         def over(start: Number, length: Number) -> list[tuple[Float[AnyArray, "q e 1"], Float[AnyArray, "q 1 m"]]]:
             return [chip.factors(start + length / 2, start + length * points) for chip in system.chips]
 
-        pushes, chips = zip(*jax.vmap(over)(mesh.start, mesh.length), strict=True)
-        return _force_scale(system) * jnp.stack(pushes), _output_scale(system) * jnp.stack(chips)
+        pushes, met = zip(*jax.vmap(over)(mesh.start, mesh.length), strict=True)
+        return Chips(_force_scale(system) * jnp.stack(pushes), _output_scale(system) * jnp.stack(met))
 
 
 class _Parts(NamedTuple):
@@ -279,21 +268,6 @@ def _parts(prepared: Prepared, march: March) -> _Parts:
     made = jnp.concatenate([prepared.seen, prepared.landed], axis=1)
     free, forced = made[..., :d] @ march.starts, made[..., d:] @ march.forces
     return _Parts(free[:, :outputs], forced[:, :outputs], free[:, outputs:], forced[:, outputs:])
-
-
-def _looped(prepared: Prepared, forces: Forces) -> Float[AnyArray, "M qe dqe"]:
-    """The forces that z at the start and the forces themselves bring about in the same piece, (M, q·e, d + q·e)."""
-    looped = rows(forces.present, prepared.seen)
-    if prepared.recent is not None:
-        for index, coefficient in enumerate(forces.delayed):
-            looped = looped + rows(coefficient, prepared.recent[:, index])
-    return looped
-
-
-def _resolvents(looped: Float[AnyArray, "M qe dqe"], inverse: Inverse) -> Float[Array, "M qe qe"]:
-    """From the forces at the nodes without those that they themselves bring about to all of them, (M, q·e, q·e)."""
-    count = jnp.shape(looped)[1]
-    return jax.vmap(inverse)(jnp.eye(count, dtype=looped.dtype) - looped[..., -count:])
 
 
 def _output_scale(system: DelaySystem) -> Float[Array, ""]:

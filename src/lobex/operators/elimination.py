@@ -1,7 +1,12 @@
 """Inverses of matrices: of many small ones at once, without LAPACK, and of any, with pivots."""
 
+from collections.abc import Callable
+
 import jax
 import jax.numpy as jnp
+from jaxtyping import Array, Float
+
+Inverse = Callable[[Float[Array, "n n"]], Float[Array, "n n"]]
 
 # Larger matrices are halved: products of batched matrices are quicker than elimination, but cost more to start.
 _WHOLE = 26

@@ -11,6 +11,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lobex._shapes import AnyArray
+from lobex.operators.answer import Answer
+from lobex.operators.rows import rows
 from lobex.systems.links import Due, due_from_before, links_of
 from lobex.systems.mesh import Mesh
 
@@ -22,16 +24,12 @@ class Pieces(NamedTuple):
     """What the pieces of a period do to the state.
 
     Attributes:
-        from_start: the forces at the nodes from z at the start, (M, q·e, d).
-        from_due: those from what is due, of each of ``Mesh.dues``, (G, q·e, q·c).
-        frame: what is due as a force, each of ``Mesh.dues``, (G, q, e, c); None where it is one, c = e.
+        answer: the forces at the nodes.
         onward: z at the start of the next piece from that at the start and the forces, (M, d, d + q·e).
         left: what is due from them by each of ``Mesh.links``, (L, q·c, d + q·e).
     """
 
-    from_start: Float[Array, "M qe d"]
-    from_due: Float[AnyArray, "G qe qc"]
-    frame: Float[Array, "G q e c"] | None
+    answer: Answer
     onward: Float[Array, "M d dqe"]
     left: Float[AnyArray, "L qc dqe"]
 
@@ -57,9 +55,9 @@ class March(NamedTuple):
 class _Piece(NamedTuple):
     """One of ``Pieces``: what is due in it by its kind, and of what it leaves when and as what that is due."""
 
-    from_start: Float[Array, "qe d"]
+    from_start: Float[AnyArray, "qe d"]
     from_due: dict[int, Float[AnyArray, "qe qc"]]
-    frame: dict[int, Float[Array, "q e c"]]
+    frame: dict[int, Float[AnyArray, "q e c"]]
     onward: Float[Array, "d dqe"]
     left: dict[Due, Float[AnyArray, "qc dqe"]]
 
@@ -78,7 +76,7 @@ def size_of_state(mesh: Mesh, start: int, due: int) -> int:
 
 def matrix_of(pieces: Pieces, mesh: Mesh) -> Float[Array, "N N"]:
     """The operator's matrix, (N, N)."""
-    d, width, dtype = jnp.shape(pieces.from_start)[2], jnp.shape(pieces.from_due)[2], pieces.onward.dtype
+    d, width, dtype = jnp.shape(pieces.onward)[1], jnp.shape(pieces.answer.from_due)[2], pieces.onward.dtype
     size = size_of_state(mesh, d, width)
     first, *rest = _one_by_one(pieces, mesh) if _written_out(mesh) else [_nth(pieces, mesh, 0)]
     state = _apart(jnp.eye(size, dtype=dtype), d, mesh)
@@ -108,7 +106,7 @@ def marched(pieces: Pieces, mesh: Mesh, state: Float[Array, "N p"]) -> March:
             pushed = pushed + (rows(piece.frame[kind], part) if piece.frame else part)
         return after, (state.start, pushed, sum((jnp.sum(part**2) for part in now.values()), jnp.zeros(())), forces)
 
-    begun = _apart(state, jnp.shape(pieces.from_start)[2], mesh)
+    begun = _apart(state, jnp.shape(pieces.onward)[1], mesh)
     if not _written_out(mesh):
         end, (starts, pushed, due, forces) = jax.lax.scan(over, begun, _stacked(pieces, mesh))
         return March(starts, pushed, due, forces, _together(end))
@@ -164,11 +162,11 @@ def _written_out(mesh: Mesh) -> bool:
 
 
 def _nth(pieces: Pieces, mesh: Mesh, number: int) -> _Piece:
-    mine = {kind: index for index, (piece, kind) in enumerate(mesh.dues) if piece == number}
+    answer, mine = pieces.answer, {kind: index for index, (piece, kind) in enumerate(mesh.dues) if piece == number}
     return _Piece(
-        from_start=pieces.from_start[number],
-        from_due={kind: pieces.from_due[index] for kind, index in mine.items()},
-        frame={} if pieces.frame is None else {kind: pieces.frame[index] for kind, index in mine.items()},
+        from_start=answer.from_start[number],
+        from_due={kind: answer.from_due[index] for kind, index in mine.items()},
+        frame={} if answer.frame is None else {kind: answer.frame[index] for kind, index in mine.items()},
         onward=pieces.onward[number],
         left={(link.later, link.kind): pieces.left[index] for index, link in links_of(mesh.links, number)},
     )
@@ -183,29 +181,9 @@ def _stacked(pieces: Pieces, mesh: Mesh) -> _Piece:
     left = pieces.left.reshape(mesh.pieces, -1, *jnp.shape(pieces.left)[1:])
     laters = [(link.later, link.kind) for _, link in links_of(mesh.links, 0)]
     return _Piece(
-        from_start=pieces.from_start,
-        from_due={0: pieces.from_due},
-        frame={} if pieces.frame is None else {0: pieces.frame},
+        from_start=pieces.answer.from_start,
+        from_due={0: pieces.answer.from_due},
+        frame={} if pieces.answer.frame is None else {0: pieces.answer.frame},
         onward=pieces.onward,
         left={when: left[:, index] for index, when in enumerate(laters)},
     )
-
-
-def rows(coefficient: Float[AnyArray, "*M q e r"], matrix: Float[Array, "*M qr p"]) -> Float[AnyArray, "*M qe p"]:
-    """blockdiag(coefficient) · matrix: (…, q, e, r) by (…, q·r, p) → (…, q·e, p)."""
-    *lanes, q, e, r = jnp.shape(coefficient)
-    return acting(coefficient, matrix.reshape(*lanes, q, r, -1)).reshape(*lanes, q * e, -1)
-
-
-def acting(coefficient: Float[AnyArray, "*M q e r"], samples: Float[Array, "*M q r p"]) -> Float[AnyArray, "*M q e p"]:
-    """(…, q, e, r) times (…, q, r, p): as sums, since XLA is slow at products of a few rows."""
-    parts = [coefficient[..., j, None] * samples[..., j, None, :] for j in range(jnp.shape(samples)[-2])]
-    return sum(parts[1:], parts[0])
-
-
-def framed(matrix: Float[AnyArray, "*M p qe"], coefficient: Float[Array, "*M q e c"]) -> Float[AnyArray, "*M p qc"]:
-    """matrix · blockdiag(coefficient): (…, p, q·e) by (…, q, e, c) → (…, p, q·c)."""
-    *lanes, q, e, c = jnp.shape(coefficient)
-    parts = matrix.reshape(*lanes, -1, q, e)
-    found = sum(parts[..., j, None] * coefficient[..., None, :, j, :] for j in range(e))
-    return jnp.reshape(found, (*lanes, -1, q * c))

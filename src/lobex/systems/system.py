@@ -18,7 +18,7 @@ from lobex.structures.modes import Modes, check_modes
 from lobex.systems.coefficients import Coefficient, Framed, OneChip
 from lobex.systems.delays import Delay, WholePeriod
 from lobex.systems.links import Link
-from lobex.systems.terms import Distributed, Feedback, Forcing, Term
+from lobex.systems.terms import Distributed, Feedback, Forcing, Regenerative, Term
 
 # Of a delay, what single precision leaves.
 _ROUNDING = 1e-6
@@ -167,6 +167,11 @@ class DelaySystem:
         found = [term.coefficient for term in terms if isinstance(term.coefficient, OneChip)]
         known = len(found) == len(terms) == len(self.delays) and all(coefficient.single for coefficient in found)
         return tuple(found) if known and self.force_size > 1 else ()
+
+    @property
+    def regenerative(self) -> bool:
+        """Whether all feedback is of what is left by the pass before and met again."""
+        return self.remembered is None and all(isinstance(term, Regenerative) for term in self.feedback)
 
     def lags(self, phase: Float[AnyArray, " k"]) -> tuple[Float[Array, " k"], ...]:
         """Every delay at phases, in periods, of their shape: no number, rather than a wrong one, where it is not above
