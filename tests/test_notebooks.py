@@ -12,7 +12,14 @@ import pytest
 import lobex
 
 ROOT = Path(__file__).parents[1]
-NAMES = ("1_quickstart", "2_blade_rub", "3_milling", "4_gradients", "5_own_matrices")
+NAMES = (
+    "1_quickstart",
+    "2_blade_rub",
+    "3_milling",
+    "4_gradients",
+    "5_own_matrices",
+    "6_catalogue",
+)
 RENDERED = ROOT / "docs" / "notebooks"
 
 
@@ -142,6 +149,19 @@ def test_own_matrices_are_the_handbook_s_beam():
     chatter = seen["limits"][5].chatter_frequency[seen["wrong"]]
     assert chatter == pytest.approx(seen["modes"].frequency[1], rel=0.05)
     assert seen["modes"].frequency[0] * 2 < chatter
+
+
+def test_the_cut_of_the_catalogue_holds_in_time_and_its_neighbour_does_not():
+    seen = executed("6_catalogue", CUTS="1", **{"SPEEDS, SCAN": "6, 9", "STEPS, SLICES, TURNS": "720, 1, 40"})
+    # As the linear march grows so do the multipliers say, to the error of its steps.
+    assert seen["growth"] == pytest.approx(seen["expected"], rel=5e-3)
+    assert seen["expected"][0] < 1 < seen["expected"][1]
+    assert seen["apart"] < 0.03 * seen["size"]
+    # Chatter is somewhere else every turn; at the next speed it is gone, and the forced motion is large.
+    assert seen["scatter"] > 20 > 20 * seen["once"]
+    assert seen["swung"] > seen["scatter"]
+    assert not np.any(np.array(seen["advice"].stability_margin) < seen["MARGIN"] - 1e-3)
+    assert seen["advice"].mean_power[0] <= (1 - seen["MARGIN"]) * seen["POWER"] * (1 + 1e-3)
 
 
 @pytest.mark.parametrize("name", NAMES)
