@@ -43,6 +43,7 @@ lint: $(VENV)/.dev
 bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/measure.py
 	$(BIN)/python benchmarks/general.py
+	$(BIN)/python benchmarks/cutters.py
 	$(BIN)/python benchmarks/motion.py
 	$(BIN)/python benchmarks/growth.py
 	$(BIN)/python benchmarks/wear.py

@@ -16,7 +16,7 @@ import lobex
 #
 # - **Cutters**: of one diameter and one length, as catalogues list end mills for aluminium: two teeth; three; four at
 #   uneven pitch. Their angles are usual ones and no maker's. Edges are straight, as brazed ones of diamond are; `HELIX`
-#   takes angles in degrees, with which the page takes several times as long to run.
+#   takes angles in degrees.
 # - **Tap test**: two bending modes in each direction at the tip of the tool in its holder. The table is made up, of the
 #   size that such tests give for a 16 mm end mill in a fast spindle; it stands for yours. It is taken to hold for all
 #   three cutters, which have the same holder and stick-out.
@@ -97,7 +97,7 @@ plt.show()
 #
 # A stable cut vibrates in step with its teeth, and where a tooth passes the finished wall the tool's place is left in
 # it. `orbit` is that motion, and tells the power as well. Of the first cutter that stability lets use the whole
-# power, which more teeth can not exceed, this is the wall along the stable depths less the reserve.
+# power this is the wall along the stable depths less the reserve: more teeth have no more power to use.
 
 # %%
 chosen = next(name for name in CUTTERS if removed[name].max() > most)
