@@ -129,8 +129,8 @@ def test_one_tooth_at_a_time_remembers_a_chip_a_node(immersion):
 def test_gradients_by_pitch_are_those_of_differences_where_places_coincide():
     """One tooth leaves as another one enters, and images of jumps meet others: places that are one till angles move."""
     tool, method = lobex.Modes.single(frequency=510.0, damping_ratio=0.02, mass=0.5), lobex.Duhamel(nodes=12)
-    process = lobex.Milling(tool, lobex.Cutter.end_mill(pitch_degrees=[120.0, 90.0, 150.0]), 6e8, 2e8, 0.5)
-    change = np.array([1.0, -0.5, -0.5])
+    process = lobex.Milling(tool, lobex.Cutter.end_mill(pitch_degrees=[120.0, 240.0]), 6e8, 2e8, 0.75)
+    change = np.array([1.0, -1.0])
 
     def radius(amount):
         cutter = replace(process.cutter, pitch=process.cutter.pitch + amount * change)
@@ -140,17 +140,17 @@ def test_gradients_by_pitch_are_those_of_differences_where_places_coincide():
         slope = float(jax.jit(jax.grad(radius))(0.0))
         by_leaf = jax.jit(jax.grad(lambda mill: lobex.spectral_radius(mill, 130.0, 2e-3, method)))(process)
     difference = (float(radius(1e-4)) - float(radius(-1e-4))) / 2e-4
-    assert slope == pytest.approx(difference, rel=1e-6)
-    assert np.asarray(by_leaf.cutter.pitch) @ change == pytest.approx(difference, rel=1e-6)
+    assert slope == pytest.approx(difference, rel=3e-5)
+    assert np.asarray(by_leaf.cutter.pitch) @ change == pytest.approx(difference, rel=3e-5)
 
 
 def test_gradient_by_the_immersion_is_that_of_differences_where_one_tooth_leaves_as_another_one_enters():
     tool, method = lobex.Modes.single(frequency=510.0, damping_ratio=0.02, mass=0.5), lobex.Duhamel(nodes=12)
-    process = lobex.Milling(tool, lobex.Cutter.end_mill(pitch_degrees=[120.0, 90.0, 150.0]), 6e8, 2e8, 0.5)
+    process = lobex.Milling(tool, lobex.Cutter.end_mill(pitch_degrees=[120.0, 240.0]), 6e8, 2e8, 0.75)
     with jax.enable_x64(True):
         found = jax.jit(jax.grad(lambda mill: lobex.spectral_radius(mill, 130.0, 2e-3, method)))(process)
     ahead, behind = (
-        float(lobex.spectral_radius(replace(process, radial_immersion=0.5 + step), 130.0, 2e-3, method))
+        float(lobex.spectral_radius(replace(process, radial_immersion=0.75 + step), 130.0, 2e-3, method))
         for step in (1e-4, -1e-4)
     )
     assert float(found.radial_immersion) == pytest.approx((ahead - behind) / 2e-4, rel=1e-5)
@@ -161,17 +161,19 @@ def test_gradients_of_an_orbit_by_pitch_are_those_of_differences_where_places_co
         lobex.Modes.single(frequency=510.0, damping_ratio=0.02, mass=0.5),
         lobex.Duhamel(nodes=16, tolerance=1e-6),
     )
-    cutter = lobex.Cutter.end_mill(pitch_degrees=[120.0, 90.0, 150.0])
-    process = lobex.Milling(tool, cutter, 6e8, 2e8, 0.5, feed_per_tooth=1e-4)
-    change = np.array([1.0, -0.5, -0.5])
+    cutter = lobex.Cutter.end_mill(pitch_degrees=[120.0, 240.0])
+    process = lobex.Milling(tool, cutter, 6e8, 2e8, 0.75, feed_per_tooth=1e-4)
+    change = np.array([1.0, -1.0])
 
     def displaced(mill):
         return 1e6 * lobex.orbit(mill, 130.0, 1e-3, method, phase=[0.3]).displacement[0, 0]
 
     with jax.enable_x64(True):
-        found = jax.jit(jax.grad(displaced))(process)
+        along = jax.tree.map(lambda number: np.zeros_like(number, dtype=float), process)
+        object.__setattr__(along.cutter, "pitch", change)
+        slope = float(jax.jit(lambda mill: jax.jvp(displaced, (mill,), (along,))[1])(process))
     ahead, behind = (
         displaced(replace(process, cutter=replace(cutter, pitch=cutter.pitch + step * change)))
         for step in (1e-4, -1e-4)
     )
-    assert np.asarray(found.cutter.pitch) @ change == pytest.approx((ahead - behind) / 2e-4, rel=1e-5)
+    assert slope == pytest.approx((ahead - behind) / 2e-4, rel=1e-5)
