@@ -32,7 +32,6 @@ CUTTERS: dict[str, dict[str, Any]] = {
     "70-110-70-110": {"pitch_degrees": PITCH},
     "90-90-90-90, helix 30°": {"teeth": 4, "helix_degrees": 30.0},
 }
-UNEVEN_HELIX = {"pitch_degrees": PITCH, "helix_degrees": 30.0}
 STEPS = 40, 80, 160
 
 
@@ -61,32 +60,14 @@ def measured(process: lobex.Milling) -> tuple[float, float, float, float]:
     return best, compiling, float(np.nanmax(chart.error)), float(np.max(error))
 
 
-def from_sample(process: lobex.Milling) -> tuple[float, float]:
-    """Seconds that a chart would take by those of a sample of its points, and their largest estimated error."""
-    rows, columns = (np.linspace(0, len(a) - 1, n).astype(int) for a, n in zip((SPEEDS, DEPTHS), SAMPLE, strict=True))
-    lobex.sweep(process, SPEEDS[rows], DEPTHS[columns])
-    begun = time.perf_counter()
-    chart = lobex.sweep(process, SPEEDS[rows], DEPTHS[columns])
-    seconds = time.perf_counter() - begun
-    return seconds * len(SPEEDS) * len(DEPTHS) / chart.spectral_radius.size, float(np.nanmax(chart.error))
-
-
-def limits(process: lobex.Milling) -> tuple[float, float]:
-    """Best of a few times s of the least limit at all speeds, and of all edges of the stable region."""
-    times = []
-    verbs = (
-        lambda: lobex.critical_gain(process, SPEEDS, (DEPTHS[0], DEPTHS[-1])),
-        lambda: lobex.boundary(process, SPEEDS, DEPTHS[::4]),
-    )
-    for verb in verbs:
-        verb()
-        best = np.inf
-        for _ in range(ROUNDS):
-            begun = time.perf_counter()
-            verb()
-            best = min(best, time.perf_counter() - begun)
-        times.append(best)
-    return times[0], times[1]
+def limit(process: lobex.Milling) -> float:
+    """Best of a few times s of the least limit at all speeds."""
+    best = np.inf
+    for _ in range(ROUNDS + 1):
+        begun = time.perf_counter()
+        lobex.critical_gain(process, SPEEDS, (DEPTHS[0], DEPTHS[-1]))
+        best = min(best, time.perf_counter() - begun)
+    return best
 
 
 def usual(process: lobex.Milling, steps: int) -> tuple[float, float]:
@@ -127,19 +108,10 @@ def main() -> None:
         best, compiling, estimate, error = measured(milling(cutter))
         lines.append(f"| {name} | {best:.2f} | {compiling:.0f} | {estimate:.0e} | {error:.0e} |")
         print(lines[-1], flush=True)
-    seconds, estimate = from_sample(milling(UNEVEN_HELIX))
+    seconds = limit(milling(CUTTERS["70-110-70-110"]))
     lines += [
         "",
-        "Of uneven teeth with a helix places move with the depth, and what is remembered is looked up between the nodes: by",
-        f"the time of {SAMPLE[0]} × {SAMPLE[1]} points a chart of 70-110-70-110 with 30° would take {seconds:.0f} s, of an",
-        f"estimated error up to {estimate:.0e}.",
-    ]
-    first, edges = limits(milling(CUTTERS["70-110-70-110"]))
-    lines += [
-        "",
-        f"The least limit of 70-110-70-110 at {len(SPEEDS)} speeds, by `critical_gain`, takes {first:.2f} s;",
-        "all edges of its stable region, islands included, by `boundary` over as many speeds and 25 depths,",
-        f"{edges:.2f} s.",
+        f"The least limit of 70-110-70-110 at {len(SPEEDS)} speeds, by `critical_gain`, takes {seconds:.2f} s.",
         "",
         "The chart of 70-110-70-110 by zeroth-order semi-discretization in numba (`benchmarks/pitched_numba.py`), on",
         "every core, from the time of the same sample of points:",
