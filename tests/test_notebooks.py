@@ -151,6 +151,8 @@ def test_own_matrices_are_the_handbook_s_beam():
     assert seen["modes"].frequency[0] * 2 < chatter
 
 
+# Its three cutters and their motions are programs of their own, which take a minute.
+@pytest.mark.search
 def test_the_cut_of_the_catalogue_holds_in_time_and_its_neighbour_does_not():
     seen = executed("6_catalogue", CUTS="1", **{"SPEEDS, SCAN": "6, 9", "STEPS, SLICES, TURNS": "720, 1, 40"})
     # As the linear march grows so do the multipliers say, to the error of its steps.
