@@ -94,6 +94,22 @@ def test_what_is_due_from_before_a_period():
     assert due_from_before((Link(0, 2, 0, 0), Link(1, 1, 1, 1)), 2) == ((0, 0), (0, 1))
 
 
+def test_what_is_known_of_one_immersion_is_not_taken_for_another_one():
+    """Neither where it is given while tracing nor where a number of a process is exchanged."""
+    process, method = mill([100, 120, 140], 0.3), lobex.Duhamel(nodes=16)
+    expected = float(lobex.spectral_radius(mill([100, 120, 140], 0.6), 130.0, 2e-3, method))
+
+    @jax.jit
+    def given(immersion):
+        return lobex.spectral_radius(replace(process, radial_immersion=immersion), 130.0, 2e-3, method)
+
+    leaves, tree = jax.tree.flatten(process)
+    exchanged = jax.tree.unflatten(tree, [0.6 if leaf is process.radial_immersion else leaf for leaf in leaves])
+    with jax.enable_x64(True):
+        assert float(given(0.6)) == pytest.approx(expected, rel=1e-7)
+        assert np.isnan(np.asarray(radii(exchanged))).any()
+
+
 def test_places_that_go_on_for_ever_are_not_closed():
     process = mill([71.3, 108.7, 71.3, 108.7], 1.0)
     with jax.enable_x64(True):
@@ -103,10 +119,10 @@ def test_places_that_go_on_for_ever_are_not_closed():
 
 
 @pytest.mark.parametrize("parts", [ALONE, ("cut", "idle")])
-@pytest.mark.parametrize("directions", [1, 2, 3])
-def test_the_force_of_one_chip_is_force_per_chip_times_chip(parts, directions):
+@pytest.mark.parametrize(("directions", "axial"), [(1, None), (2, None), (3, None), (3, 1e8)])
+def test_the_force_of_one_chip_is_force_per_chip_times_chip(parts, directions, axial):
     exit_ = np.pi if parts == ALONE else 2.5
-    teeth = StraightTeeth(2e-3, 6e8, 2e8, None, None, np.pi / 2, exit_, 0.1, 4, directions, CHIP, parts)
+    teeth = StraightTeeth(2e-3, 6e8, 2e8, axial, None, np.pi / 2, exit_, 0.1, 4, directions, CHIP, parts)
     with jax.enable_x64(True):
         (piece, *_) = teeth.pieces()
         phase = piece.start + piece.length * np.linspace(0, 1, 7)

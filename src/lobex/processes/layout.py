@@ -37,10 +37,10 @@ class Layout(NamedTuple):
 UNKNOWN = Layout()
 
 
-def layout_of(process: Any, arc: float) -> Layout:
-    """What is known of a milling process' period, at a known arc of the cut, rad, but for its places."""
+def layout_of(process: Any, arc: float | None) -> Layout:
+    """What is known of a milling process' period, with the arc of its cut, rad, where that is, but for its places."""
     alike, varied = process.cutter.alike, process.speed_variation
-    layout = Layout(parts_of(arc, alike) if _straight(process.cutter) else None)
+    layout = Layout(parts_of(arc, alike) if arc is not None and _straight(process.cutter) else None)
     if varied is not None:
         layout = layout._replace(**dict(zip(("repeats", "cycles"), varied.passes(alike), strict=True)))
     known = not _checks.is_traced(process.cutter.pitch) and process.cutter.one_helix

@@ -155,9 +155,9 @@ class Milling:
         object.__setattr__(self, "heights", _checks.integer("heights", heights, 1, _MOST_HEIGHTS))
         object.__setattr__(self, "cutter", as_cutter(teeth if cutter is None else cutter))
         arc = _check(self)
-        object.__setattr__(self, "layout", layout)
+        # Anew, whatever layout is given: of numbers that are traced, what was known of others says nothing.
+        object.__setattr__(self, "layout", layout_of(self, arc))
         if arc is not None:
-            object.__setattr__(self, "layout", layout_of(self, arc))
             object.__setattr__(self, "layout", self.layout._replace(places=places_of(self)))
 
     @property

@@ -25,6 +25,8 @@ _STEPS = 60
 _MOST_BACK = 16
 # A share of a piece that is rounding.
 _ROUNDING = 1e-9
+# Of the period, by how much pieces that are one may differ by numbers that are not quite those that they were found of.
+_UNLIKE = 1e-6
 
 
 class Mesh(NamedTuple):
@@ -252,7 +254,11 @@ def _between_closed(system: DelaySystem) -> tuple[Float[AnyArray, " M"], Float[A
     lib = namespace(starts, shares)
     place = starts[np.array(origins)] + np.array(carried) @ shares
     place = lib.mod(place + _ROUNDING, 1.0) - _ROUNDING
-    return place, lib.concatenate([place[1:], place[:1] + 1]) - place
+    length = lib.concatenate([place[1:], place[:1] + 1]) - place
+    # Of other numbers than those that they are of, they are in another order, or do not match: no number, then.
+    links = np.array([(link.piece, (link.piece + link.later) % len(place)) for link in system.closed.links])
+    unlike = lib.abs(length[links[:, 0]] - length[links[:, 1]])
+    return place, lib.where(lib.all(length > 0) & lib.all(unlike < _UNLIKE), length, lib.nan)
 
 
 def _array(numbers: list[Any]) -> Float[AnyArray, " b"]:
