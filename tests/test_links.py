@@ -22,6 +22,9 @@ TOOL = lobex.Modes.plane(
 )
 
 
+METHOD = lobex.Duhamel(nodes=18)
+
+
 def mill(pitch, immersion):
     return lobex.Milling(TOOL, lobex.Cutter.end_mill(pitch_degrees=pitch), 6e8, 2e8, immersion)
 
@@ -56,6 +59,15 @@ def test_node_to_node_is_what_is_looked_up_between_the_nodes(pitch, immersion):
     # Half of the state and less.
     assert len(closed) < len(apart) / 2
     assert closed[:6] == pytest.approx(apart[:6], rel=1e-9)
+
+
+def test_other_methods_know_no_places_that_are_closed():
+    """They look up where no force acts as well."""
+    process = mill([100, 120, 140], 0.3)
+    found = [float(lobex.spectral_radius(process, 130.0, 2e-3, method)) for method in (METHOD, lobex.Chebyshev(24))]
+    assert found[1] == pytest.approx(found[0], rel=1e-8)
+    stepped = float(lobex.spectral_radius(process, 130.0, 2e-3, lobex.SemiDiscretization(240)))
+    assert stepped == pytest.approx(found[0], rel=2e-3)
 
 
 @settings(max_examples=12, deadline=None)

@@ -24,7 +24,6 @@ METHOD = lobex.Duhamel(nodes=36)
 
 # Teeth, even pitch, modes, helix: each is a program of its own.
 SHAPES = [(2, False, 2, False), (3, True, 3, True), (3, False, 1, False), (5, True, 2, False)]
-MORE = [(2, False, 2, True), (4, False, 2, False), (4, True, 3, True), (2, True, 1, False)]
 
 
 def random_tool(rng, teeth, even, modes, helix):
@@ -239,7 +238,9 @@ def orbit_of(march, share):
     for rows in snapshots(march, y, KEPT + 1):
         change = np.diff(rows, axis=0)
         gram = change @ change.T
-        weight = np.linalg.lstsq(gram, np.ones(KEPT), rcond=1e-12)[0] if np.trace(gram) > 0 else np.eye(KEPT)[-1]
+        # What is there already is not to be extrapolated.
+        moving = np.linalg.norm(change[-1]) > 1e-12 * np.linalg.norm(rows[-1])
+        weight = np.linalg.lstsq(gram, np.ones(KEPT), rcond=1e-12)[0] if moving else np.eye(KEPT)[-1]
         limit = ((weight / weight.sum()) @ rows[1:]).reshape(steps, 2)
         found.append(limit[round(share * steps)])
     return np.array(found)
@@ -266,18 +267,10 @@ def test_a_march_grows_as_the_multipliers_say():
     check(tools(SHAPES, 1, 0))
 
 
-@pytest.mark.search
-def test_marches_of_many_tools_grow_as_the_multipliers_say():
-    check(tools(SHAPES + MORE, 4, 1)[:30])
-
-
 # Every uneven pitch is a program of its own, and those of orbits take long.
-@pytest.mark.parametrize(
-    ("shapes", "each"), [(SHAPES[1:2], 2), pytest.param(SHAPES + MORE, 4, marks=pytest.mark.search)]
-)
 @pytest.mark.filterwarnings("ignore:.*leaves the cut")
-def test_a_march_comes_to_the_orbit(shapes, each):
-    made = tools(shapes, each, 0)
+def test_a_march_comes_to_the_orbit():
+    made = tools(SHAPES[1:2], 2, 0)
     coarse, fine = March(made, STEPS // 4), March(made, STEPS // 2)
     share = 0.1
     found = [orbit_of(march, share) for march in (coarse, fine)]

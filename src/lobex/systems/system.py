@@ -173,6 +173,10 @@ class DelaySystem:
         """Whether all feedback is of what is left by the pass before and met again."""
         return self.remembered is None and all(isinstance(term, Regenerative) for term in self.feedback)
 
+    def opened(self) -> "DelaySystem":
+        """The same for methods that look up at every point of a piece, whether a force acts there or not."""
+        return self if self.closed is None else replace(self, places=self.places and self.places._replace(closed=None))
+
     def lags(self, phase: Float[AnyArray, " k"]) -> tuple[Float[Array, " k"], ...]:
         """Every delay at phases, in periods, of their shape: no number, rather than a wrong one, where it is not above
         zero and in the range that was said.
