@@ -104,7 +104,7 @@ class Chebyshev:
 
     def _mesh(self, system: DelaySystem) -> Mesh:
         if self.aligned:
-            return mesh_of(system.opened())
+            return mesh_of(system if system.places is None else replace(system, places=system.places.open))
         if not system.repeats:
             raise ValueError("aligned = False takes systems whose only delay is the period; leave it out")
         return Mesh(jnp.zeros(1), jnp.ones(1), None, 1, False, (Link(0, 1, 0),))

@@ -95,7 +95,7 @@ class Duhamel:
 
     def size(self, system: DelaySystem) -> int:
         """N: d + e·nodes per piece to come in which the past has forces due, or 1·nodes where that is a chip."""
-        due = 1 if system.chips and mesh_of(system).to_nodes else system.force_size
+        due = 1 if system.chips else system.force_size
         return size_of_state(mesh_of(system), system.state_size, due * self.count)
 
     def finer(self) -> "Duhamel":
@@ -132,7 +132,7 @@ class Duhamel:
         """
         forces, mesh = forces or self.forces(system), mesh_of(system)
         readers = np.array([(link.piece + link.later) % mesh.pieces for link in mesh.links])
-        if system.chips and mesh.to_nodes:
+        if system.chips:
             chips = self._factors(system)
             answer, met = answer_to_chips(prepared, system, mesh, forces, chips, inverse), chips.met
         else:
@@ -172,20 +172,17 @@ class Duhamel:
         shape = system.output_matrix() / _output_scale(system)
         now, later = (sizes_of(outputs) / _scale(system) for outputs in (system.outputs, system.recalled))
         unscaled = _size(forces.present * now), sum(_size(part * later) for part in forces.delayed)
+        # What is due may be chips: forces are told in the size of those.
+        pushed, due = jnp.sum(march.pushed**2), jnp.sum(march.due)
+        size = jnp.where(pushed > 0, due / jnp.where(pushed > 0, pushed, 1.0), 1.0)
         contacts = InContact(
             length=mesh.length,
             missed=prepared.missed,
             force=jnp.stack(jnp.broadcast_arrays(*unscaled), axis=1),
             unresolved_force=mesh.length[:, None] * jax.vmap(unresolved_force)(unmet_force + sum(acts)),
             unresolved=jax.vmap(unresolved)(after, jnp.einsum("rd,mkdp->mkrp", shape, ends)),
-            unmet=_squares(unmet_force),
-            terms=jnp.stack([_squares(parts.flown) + _squares(parts.pushed), sum(map(_squares, acts))], axis=1),
-        )
-        # What is due may be chips: in the size of those.
-        pushed, due = jnp.sum(march.pushed**2), jnp.sum(march.due)
-        size = jnp.where(pushed > 0, due / jnp.where(pushed > 0, pushed, 1.0), 1.0)
-        contacts = contacts._replace(
-            unmet=size * contacts.unmet, terms=contacts.terms * jnp.stack([jnp.ones_like(size), size])
+            unmet=size * _squares(unmet_force),
+            terms=jnp.stack([_squares(parts.flown) + _squares(parts.pushed), size * sum(map(_squares, acts))], axis=1),
         )
         missed = march.end - vector @ rotation(value)
         unmet = jnp.stack([jnp.sum(missed[:d] ** 2), jnp.sum(missed[d:] ** 2) + jnp.sum(contacts.unmet)])

@@ -112,8 +112,7 @@ def estimated_error(system: DelaySystem, contacts: InContact, value: Float[Array
     rough = jnp.sum(jnp.max(contacts.missed, axis=0) * compliance) / (jnp.sum(compliance) + tiny)
     nodes = jnp.shape(contacts.force)[-1]
     error = tail * (_SMOOTH * tail + _ROUGH * rough)
-    to_nodes = system.repeats or system.closed is not None
-    if not to_nodes:
+    if not system.to_nodes:
         error = error + tail * (_BOTH * force_tail + _BETWEEN / nodes**3)
     generations = seen_to_bend(system)
     if generations is not None:
@@ -134,7 +133,7 @@ def estimated_error(system: DelaySystem, contacts: InContact, value: Float[Array
     drive = jnp.where(works, mean[0], 0.0) + mean[1] * before
     decay = growth - jnp.trace(blocks, axis1=1, axis2=2) / jnp.shape(blocks)[-1]
     alone = quicker & (drive * mobility / 2 > (1 - looped) * decay)
-    unknown = (tail > _UNKNOWN) if to_nodes else (jnp.maximum(tail, force_tail) > _UNKNOWN)
+    unknown = (tail > _UNKNOWN) if system.to_nodes else (jnp.maximum(tail, force_tail) > _UNKNOWN)
     return jnp.where(unknown | (looped >= 1) | jnp.any(alone), jnp.inf, error)
 
 

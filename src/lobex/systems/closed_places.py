@@ -14,6 +14,7 @@ from jaxtyping import Array, Bool, Float
 
 from lobex._namespace import namespace
 from lobex._shapes import AnyArray
+from lobex.systems.coefficients import AS_ONE, in_period
 from lobex.systems.delays import ConstantDelay, Share
 from lobex.systems.links import Link
 from lobex.systems.system import Closed, DelaySystem
@@ -22,8 +23,6 @@ from lobex.systems.system import Closed, DelaySystem
 _Place = tuple[float, int, tuple[int, ...]]
 # Of pieces that are written out one by one.
 _MOST = 24
-# A share of the period that is rounding.
-_ROUNDING = 1e-9
 
 
 def closed_places(system: DelaySystem, jumps: np.ndarray) -> Closed | None:
@@ -35,7 +34,7 @@ def closed_places(system: DelaySystem, jumps: np.ndarray) -> Closed | None:
     shares = np.asarray(shares_of(system))
     none: tuple[int, ...] = (0,) * len(shares)
     found: list[_Place] = []
-    coming: list[_Place] = [(float(jump), origin, none) for origin, jump in enumerate(jumps)]
+    coming: list[_Place] = [(float(jump), origin, none) for origin, jump in enumerate(in_period(jumps))]
     while coming:
         new = [place for place in _distinct(coming) if not _among(place[0], found)]
         found += new
@@ -66,7 +65,7 @@ def _carried(system: DelaySystem, places: list[_Place], shares: np.ndarray) -> I
             for sign, acts in ((-1, here), (1, there)):
                 if acts[delay, index]:
                     moved = tuple(count + sign * (number == delay) for number, count in enumerate(counts))
-                    yield _mod(place[index] + sign * share), origin, moved
+                    yield float(in_period(place[index] + sign * share)), origin, moved
 
 
 def _links(system: DelaySystem, start: np.ndarray, length: np.ndarray, shares: np.ndarray) -> tuple[Link, ...] | None:
@@ -78,7 +77,7 @@ def _links(system: DelaySystem, start: np.ndarray, length: np.ndarray, shares: n
         begun = start[piece] - shares[delay]
         distance = np.abs(np.mod(start - begun + 0.5, 1.0) - 0.5)
         source = int(np.argmin(distance))
-        if distance[source] > _ROUNDING or abs(length[source] - length[piece]) > _ROUNDING:
+        if distance[source] > AS_ONE or abs(length[source] - length[piece]) > AS_ONE:
             return None
         turns = round(float(start[source] - begun))
         links.append(Link(source, int(piece) - source + count * turns, int(delay)))
@@ -87,7 +86,7 @@ def _links(system: DelaySystem, start: np.ndarray, length: np.ndarray, shares: n
 
 def _acts_about(system: DelaySystem, phase: Float[np.ndarray, "K k"]) -> Bool[np.ndarray, "K k"]:
     """Whether the force of each delay acts just before or just after phases."""
-    return _acts(system, phase - _ROUNDING) | _acts(system, phase + _ROUNDING)
+    return _acts(system, phase - AS_ONE) | _acts(system, phase + AS_ONE)
 
 
 def _acts(system: DelaySystem, phase: Float[np.ndarray, "K k"]) -> Bool[np.ndarray, "K k"]:
@@ -108,15 +107,10 @@ def acting_at(system: DelaySystem, phase: Float[Array, "K k"], delays: tuple[int
 def _distinct(places: list[_Place]) -> list[_Place]:
     kept: list[_Place] = []
     for place, origin, counts in places:
-        if not _among(_mod(place), kept):
-            kept.append((_mod(place), origin, counts))
+        if not _among(place, kept):
+            kept.append((place, origin, counts))
     return kept
 
 
 def _among(place: float, others: list[_Place]) -> bool:
-    return any(abs((place - other + 0.5) % 1.0 - 0.5) < _ROUNDING for other, _, _ in others)
-
-
-def _mod(place: float) -> float:
-    """In [0, 1), and 0 for what rounding leaves below it."""
-    return (place + _ROUNDING) % 1.0 - _ROUNDING
+    return any(abs((place - other + 0.5) % 1.0 - 0.5) < AS_ONE for other, _, _ in others)

@@ -18,8 +18,8 @@ from lobex._shapes import AnyArray, Number
 
 # Gauss points that give the mean over a smooth part of a step, which is short.
 _POINTS = 6
-# Of the period, how far apart jumps may be that are at one place.
-_AS_ONE = 1e-9
+AS_ONE = 1e-9
+"""Of the period, how far apart jumps may be that are at one place."""
 # Of a piece, so far from a jump that rounding does not reach it.
 _INSIDE = 1e-12
 
@@ -214,6 +214,11 @@ def gauss_nodes(nodes: int) -> tuple[np.ndarray, np.ndarray]:
     return (points + 1) / 2, weights / 2
 
 
+def in_period(phase: Float[AnyArray, "..."]) -> Float[AnyArray, "..."]:
+    """Phases in [0, 1), or below it by what rounding leaves of 0."""
+    return namespace(phase).mod(phase + AS_ONE / 2, 1.0) - AS_ONE / 2
+
+
 def spans_between(
     breaks: Float[AnyArray, " b"], rank: np.ndarray | None = None
 ) -> tuple[Float[AnyArray, " b"], Float[AnyArray, " b"]]:
@@ -221,9 +226,9 @@ def spans_between(
     the order of their ``rank``, (b,), by which derivatives know what is between them once they move.
     """
     lib = namespace(breaks)
-    place = lib.mod(lib.asarray(breaks, dtype=lib.result_type(float)) + _AS_ONE / 2, 1.0) - _AS_ONE / 2
+    place = in_period(lib.asarray(breaks, dtype=lib.result_type(float)))
     rank = np.zeros(len(place)) if rank is None else rank
-    place = place[lib.lexsort((rank, lib.round(place / _AS_ONE)))]
+    place = place[lib.lexsort((rank, lib.round(place / AS_ONE)))]
     return place, lib.concatenate([place[1:], place[:1] + 1]) - place
 
 

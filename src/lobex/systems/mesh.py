@@ -12,7 +12,7 @@ from lobex._namespace import namespace
 from lobex._shapes import AnyArray, Number
 from lobex.systems.at_angle import SinceAngle
 from lobex.systems.closed_places import acting_at, closed_places, shares_of
-from lobex.systems.coefficients import Piece, spans_between
+from lobex.systems.coefficients import Piece, in_period, spans_between
 from lobex.systems.delays import Delay, OneOfMany, WholePeriod
 from lobex.systems.links import Link, due_from_before, dues_of
 from lobex.systems.system import DelaySystem, Places
@@ -137,7 +137,7 @@ def _bending(system: DelaySystem, generations: list[np.ndarray]) -> np.ndarray:
 
 def seen_to_bend(system: DelaySystem) -> int | None:
     """How many generations of images of jumps end pieces; None where nothing bends a force within a piece."""
-    if system.repeats or system.closed is not None or not _jumping(system):
+    if system.to_nodes or not _jumping(system):
         return None
     if system.places is None:
         return len(_few_generations(system)) - 1
@@ -252,8 +252,7 @@ def _between_closed(system: DelaySystem) -> tuple[Float[AnyArray, " M"], Float[A
     origins, carried = zip(*system.closed.places, strict=True)
     starts, shares = _starts(system), shares_of(system)
     lib = namespace(starts, shares)
-    place = starts[np.array(origins)] + np.array(carried) @ shares
-    place = lib.mod(place + _ROUNDING, 1.0) - _ROUNDING
+    place = in_period(starts[np.array(origins)] + np.array(carried) @ shares)
     length = lib.concatenate([place[1:], place[:1] + 1]) - place
     # Of other numbers than those that they are of, they are in another order, or do not match: no number, then.
     links = np.array([(link.piece, (link.piece + link.later) % len(place)) for link in system.closed.links])

@@ -66,10 +66,15 @@ class Places(NamedTuple):
     jumps: int = 0
 
     @property
+    def open(self) -> "Places":
+        """For what looks up at every point of a piece, whether a force acts there or not."""
+        return self._replace(closed=None)
+
+    @property
     def as_they_move(self) -> "Places":
         """For derivatives by what moves them: jumps at one place part then, and what is closed opens."""
         kept = tuple(sorted({*range(self.jumps), *self.kept}))
-        return Places(kept, self.reach + len(kept) - len(self.kept), self.complete, None, self.jumps)
+        return self.open._replace(kept=kept, reach=self.reach + len(kept) - len(self.kept))
 
 
 @pytree(static=("longest", "shortest", "places"))
@@ -158,24 +163,25 @@ class DelaySystem:
         return (*[WholePeriod()] * (len(others) < len(every)), *others)
 
     @property
+    def to_nodes(self) -> bool:
+        """Whether every delay brings what was at nodes of a piece to nodes of another one, or of itself."""
+        return self.repeats or self.closed is not None
+
+    @property
     def chips(self) -> tuple[OneChip, ...]:
-        """Of each of ``delays`` the coefficient, where all of them are of one chip each and forces have more than one
-        component; none else.
+        """Of each of ``delays`` the coefficient, where all of them are of one chip each, met node to node, and forces
+        have more than one component; none else.
         """
         terms = [term for term in self.feedback if term.delay is not None]
         terms.sort(key=lambda term: not isinstance(term.delay, WholePeriod))
         found = [term.coefficient for term in terms if isinstance(term.coefficient, OneChip)]
         known = len(found) == len(terms) == len(self.delays) and all(coefficient.single for coefficient in found)
-        return tuple(found) if known and self.force_size > 1 else ()
+        return tuple(found) if known and self.force_size > 1 and self.to_nodes else ()
 
     @property
     def regenerative(self) -> bool:
         """Whether all feedback is of what is left by the pass before and met again."""
         return self.remembered is None and all(isinstance(term, Regenerative) for term in self.feedback)
-
-    def opened(self) -> "DelaySystem":
-        """The same for methods that look up at every point of a piece, whether a force acts there or not."""
-        return self if self.closed is None else replace(self, places=self.places and self.places._replace(closed=None))
 
     def lags(self, phase: Float[AnyArray, " k"]) -> tuple[Float[Array, " k"], ...]:
         """Every delay at phases, in periods, of their shape: no number, rather than a wrong one, where it is not above
