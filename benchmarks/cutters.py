@@ -14,9 +14,11 @@ import numpy as np
 import lobex
 from machine import machine
 from pitched_numba import spectral_radii
+from timed_chart import measured, sampled
 
 HERE = Path(__file__).parent
 ROUNDS, SAMPLE = 3, (10, 5)
+FINE = lobex.Duhamel(nodes=30)
 PITCH = [70.0, 110.0, 70.0, 110.0]
 TOOL = lobex.Modes.from_table(
     frequency=[510.0, 802.0, 525.0, 770.0],
@@ -40,26 +42,6 @@ def milling(cutter: dict[str, Any]) -> lobex.Milling:
     return lobex.Milling(TOOL, lobex.Cutter.end_mill(DIAMETER, **cutter), *FORCE, IMMERSION, "down")
 
 
-def sampled(process: lobex.Milling) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Speeds, depths and |μ| of a sample of points, with many nodes."""
-    rows, columns = (np.linspace(0, len(a) - 1, n).astype(int) for a, n in zip((SPEEDS, DEPTHS), SAMPLE, strict=True))
-    fine = lobex.sweep(process, SPEEDS[rows], DEPTHS[columns], lobex.Duhamel(nodes=30))
-    return rows, columns, fine.spectral_radius
-
-
-def measured(process: lobex.Milling) -> tuple[float, float, float, float]:
-    """Best of a few times s, compiling s, largest estimated error, and largest error of a sample of points."""
-    chart = lobex.sweep(process, SPEEDS, DEPTHS)
-    compiling, best = chart.compiling, np.inf
-    for _ in range(ROUNDS):
-        begun = time.perf_counter()
-        chart = lobex.sweep(process, SPEEDS, DEPTHS)
-        best = min(best, time.perf_counter() - begun)
-    rows, columns, fine = sampled(process)
-    error = np.abs(chart.spectral_radius[np.ix_(rows, columns)] / fine - 1)
-    return best, compiling, float(np.nanmax(chart.error)), float(np.max(error))
-
-
 def limit(process: lobex.Milling) -> float:
     """Best of a few times s of the least limit at all speeds."""
     best = np.inf
@@ -72,7 +54,7 @@ def limit(process: lobex.Milling) -> float:
 
 def usual(process: lobex.Milling, steps: int) -> tuple[float, float]:
     """Seconds that semi-discretization takes for a chart, from a sample of its points, and its largest error there."""
-    rows, columns, fine = sampled(process)
+    rows, columns, fine = sampled(process, SPEEDS, DEPTHS, SAMPLE, FINE)
     speed, depth = (part.ravel() for part in np.meshgrid(SPEEDS[rows], DEPTHS[columns], indexing="ij"))
     modes, (entry, exit_) = process.modes, map(float, process.engagement)
     numbers = (
@@ -105,7 +87,7 @@ def main() -> None:
         "|---|---|---|---|---|",
     ]
     for name, cutter in CUTTERS.items():
-        best, compiling, estimate, error = measured(milling(cutter))
+        best, compiling, estimate, error = measured(milling(cutter), SPEEDS, DEPTHS, ROUNDS, SAMPLE, FINE)
         lines.append(f"| {name} | {best:.2f} | {compiling:.0f} | {estimate:.0e} | {error:.0e} |")
         print(lines[-1], flush=True)
     seconds = limit(milling(CUTTERS["70-110-70-110"]))

@@ -3,7 +3,6 @@
 make bench
 """
 
-import time
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +12,7 @@ import numpy as np
 
 import lobex
 from machine import machine
+from timed_chart import measured
 
 HERE = Path(__file__).parent
 ROUNDS, SAMPLE = 4, 8
@@ -59,20 +59,6 @@ CHARTS = {
 }
 
 
-def measured(process: lobex.LinearDelay, speeds: np.ndarray, gains: np.ndarray) -> tuple[float, float, float, float]:
-    """Best of a few times s, compiling s, largest estimated error, and largest error of a sample of points."""
-    chart = lobex.sweep(process, speeds, gains)
-    compiling, best = chart.compiling, np.inf
-    for _ in range(ROUNDS):
-        begun = time.perf_counter()
-        chart = lobex.sweep(process, speeds, gains)
-        best = min(best, time.perf_counter() - begun)
-    rows, columns = (np.linspace(0, len(a) - 1, SAMPLE).astype(int) for a in (speeds, gains))
-    fine = lobex.sweep(process, speeds[rows], gains[columns], FINE)
-    error = np.abs(chart.spectral_radius[np.ix_(rows, columns)] / fine.spectral_radius - 1)
-    return best, compiling, float(np.max(chart.error)), float(np.max(error))
-
-
 def main() -> None:
     """Measure, and write the table."""
     lines = [
@@ -85,7 +71,7 @@ def main() -> None:
         "|---|---|---|---|---|",
     ]
     for name, chart in CHARTS.items():
-        best, compiling, estimate, error = measured(*chart)
+        best, compiling, estimate, error = measured(*chart, ROUNDS, (SAMPLE, SAMPLE), FINE)
         lines.append(f"| {name} | {best:.2f} | {compiling:.0f} | {estimate:.0e} | {error:.0e} |")
         print(lines[-1])
     (HERE / "GENERAL.md").write_text("\n".join(lines) + "\n")

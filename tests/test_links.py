@@ -154,10 +154,12 @@ def test_one_tooth_at_a_time_remembers_a_chip_a_node(immersion):
     assert chips[:6] == pytest.approx(forces[:6], rel=1e-9)
 
 
-def test_gradients_by_pitch_are_those_of_differences_where_places_coincide():
+@pytest.mark.parametrize("discs", [False, True])
+def test_gradients_by_pitch_are_those_of_differences_where_places_coincide(discs):
     """One tooth leaves as another one enters, and images of jumps meet others: places that are one till angles move."""
     tool, method = lobex.Modes.single(frequency=510.0, damping_ratio=0.02, mass=0.5), lobex.Duhamel(nodes=12)
-    process = lobex.Milling(tool, lobex.Cutter.end_mill(pitch_degrees=[120.0, 240.0]), 6e8, 2e8, 0.75)
+    cutter = lobex.Cutter.end_mill(0.016, pitch_degrees=[120.0, 240.0])
+    process = lobex.Milling(tool, cutter.in_discs(2, 2e-3) if discs else cutter, 6e8, 2e8, 0.75)
     change = np.array([1.0, -1.0])
 
     def radius(amount):

@@ -10,8 +10,8 @@ from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray
 from lobex.processes.profiled_teeth import per_width
-from lobex.processes.teeth import Teeth
-from lobex.systems.coefficients import Piece, mean_by_quadrature, pieces_between
+from lobex.processes.teeth import AT, Teeth
+from lobex.systems.coefficients import Jumps, Piece, mean_by_quadrature, pieces_between
 
 _TURN = 2 * np.pi
 
@@ -28,11 +28,14 @@ class DiscTeeth(Teeth):
 
     discs: Real[AnyArray, "discs 4"]
 
-    def pieces(self) -> tuple[Piece, ...]:
+    def jumps(self) -> Jumps:
         lib = namespace(self.discs, self.entry, self.exit, self.before)
         lag = lib.asarray(self.discs)[:, 2]
         place = lib.concatenate([angle + lag for angle in (self.entry, self.exit)]) * self.teeth / _TURN
-        return pieces_between(place if self.before is None else place - self.before)
+        return Jumps(place if self.before is None else place - self.before, np.repeat([False, True], len(lag)))
+
+    def pieces(self) -> tuple[Piece, ...]:
+        return pieces_between(self.jumps().phase)
 
     def at(self, phase: Real[Any, " k"]) -> Float[Any, "k e r"]:
         return self.within(phase, phase)
@@ -45,8 +48,8 @@ class DiscTeeth(Teeth):
         wide = jnp.clip(self.depth - below, 0.0, upper) / jnp.sin(lead)
         order = jnp.arange(self.teeth)[:, None]
         middle, angle = (_TURN / self.teeth * (self._since(place) + order) - lag for place in (inside, phase))
-        turn = _TURN * jnp.floor(middle / _TURN)
-        cutting = (middle - turn >= entry) & (middle - turn <= exit_) & (entry < exit_)
+        turn = _TURN * jnp.floor((middle + AT) / _TURN)
+        cutting = (middle - turn >= entry - AT) & (middle - turn <= exit_ + AT) & (entry < exit_)
         force = self.law.at(per_width(self, lead), angle - turn)
         return self._shaped(1.0, jnp.sum(wide * cutting * force, axis=(-3, -2)))
 

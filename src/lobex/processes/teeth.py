@@ -19,8 +19,8 @@ WHOLE: Parts = ("cut",)
 ALONE: Parts = ("one",)
 
 
-# Of an angle, rad, how near to a jump it is at it: a piece of no length between two is on both.
-_AT = 1e-9
+AT = 1e-9
+"""Of an angle, rad, how near to a jump it is at it: a piece of no length between two is on both."""
 
 
 def in_one_piece(parts: Parts | None) -> bool:
@@ -101,9 +101,9 @@ class StraightTeeth(Teeth):
         # A whole number of revolutions, so that the angles of a piece that goes on beyond the last are its own.
         order = jnp.arange(self.teeth)[:, None]
         inside, phase = self._since(inside), self._since(phase)
-        behind = 2 * jnp.pi * jnp.floor((pitch * (inside + order) + _AT) / (2 * jnp.pi))
+        behind = 2 * jnp.pi * jnp.floor((pitch * (inside + order) + AT) / (2 * jnp.pi))
         middle, angle = (pitch * (place + order) - behind for place in (inside, phase))
-        return (middle >= self.entry - _AT) & (middle <= self.exit + _AT), angle
+        return (middle >= self.entry - AT) & (middle <= self.exit + AT), angle
 
     @property
     def single(self) -> bool:

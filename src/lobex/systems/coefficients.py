@@ -58,6 +58,34 @@ class Coefficient(Protocol):
         ...
 
 
+class Jumps(NamedTuple):
+    """Where a coefficient jumps.
+
+    Attributes:
+        phase: phases t/T, (b,), in any order.
+        ends: whether a force ends there, and does not begin, (b,).
+    """
+
+    phase: Float[AnyArray, " b"]
+    ends: np.ndarray
+
+
+def jumps_of(coefficient: "Coefficient") -> Jumps | None:
+    """Where a coefficient jumps, as it says itself by ``jumps``, or as the first of its pieces begins what others end;
+    None where it does not.
+    """
+    inner = coefficient.inner if isinstance(coefficient, Framed) else coefficient
+    own = getattr(inner, "jumps", None)
+    if own is not None:
+        return own()
+    starts = [piece.start for piece in inner.pieces()]
+    lib = namespace(starts)
+    if not starts:
+        return None
+    place = lib.stack([lib.asarray(start, dtype=lib.result_type(float)) for start in starts])
+    return Jumps(place, np.arange(len(starts)) > 0)
+
+
 @runtime_checkable
 class OneChip(Protocol):
     """A coefficient that is, where ``single``, a force on one number that is made of outputs, such as a chip."""

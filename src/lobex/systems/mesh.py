@@ -12,7 +12,7 @@ from lobex._namespace import namespace
 from lobex._shapes import AnyArray, Number
 from lobex.systems.at_angle import SinceAngle
 from lobex.systems.closed_places import acting_at, closed_places, shares_of
-from lobex.systems.coefficients import Piece, in_period, spans_between
+from lobex.systems.coefficients import Jumps, Piece, in_period, jumps_of, spans_between
 from lobex.systems.delays import Delay, OneOfMany, WholePeriod
 from lobex.systems.links import Link, due_from_before, dues_of
 from lobex.systems.system import DelaySystem, Places
@@ -77,13 +77,12 @@ def pieces_of(system: DelaySystem) -> tuple[Piece, ...]:
     period: these first images of the jumps end pieces as well. Their images in turn are weaker by two more orders,
     and end pieces where there are few places or those that matter are known.
     """
-    own = _jumping(system)
-    if not own:
+    if not _jumping(system):
         return (Piece(0.0, 1.0, False),)
     if system.closed is not None:
         return tuple(Piece(*piece, False) for piece in zip(*_between_closed(system), strict=True))
     if len(system.feedback) == 1 and system.repeats:
-        return own[0]
+        return system.feedback[0].coefficient.pieces()
     return tuple(Piece(*piece, False) for piece in zip(*_between(system), strict=True))
 
 
@@ -144,14 +143,14 @@ def seen_to_bend(system: DelaySystem) -> int | None:
     return None if system.places.complete else _IMAGES
 
 
-def _jumping(system: DelaySystem) -> list[tuple[Piece, ...]]:
-    """The pieces of the coefficients that jump; of those that share their breaks one."""
-    own: dict[int, tuple[Piece, ...]] = {}
+def _jumping(system: DelaySystem) -> list[Jumps]:
+    """The jumps of the coefficients that do; of those that share their breaks one."""
+    own: dict[int, Jumps | None] = {}
     for coefficient in (term.coefficient for term in system.feedback):
         breaks = id(getattr(coefficient, "breaks", coefficient))
         if breaks not in own:
-            own[breaks] = coefficient.pieces()
-    return [pieces for pieces in own.values() if pieces]
+            own[breaks] = jumps_of(coefficient)
+    return [jumps for jumps in own.values() if jumps is not None]
 
 
 def _carriers(system: DelaySystem) -> dict[int, Delay]:
@@ -179,7 +178,8 @@ def _generations(system: DelaySystem, images: int) -> list[Float[AnyArray, " _"]
 
 def _starts(system: DelaySystem) -> Float[AnyArray, " b"]:
     """The phases at which coefficients jump."""
-    return _array([piece.start for pieces in _jumping(system) for piece in pieces])
+    parts = [jumps.phase for jumps in _jumping(system)]
+    return namespace(parts).concatenate(parts) if parts else np.zeros(0)
 
 
 def _few_generations(system: DelaySystem) -> list[Float[AnyArray, " _"]]:
@@ -206,7 +206,7 @@ def _ranks(system: DelaySystem, count: int) -> np.ndarray:
     """Of the first of ``count`` places that are jumps: a force begins before another one ends, and images of jumps come
     between them, so that what is between two at one place is what acts on both sides.
     """
-    own = np.concatenate([2 * (np.arange(len(pieces)) > 0) for pieces in _jumping(system)])
+    own = np.concatenate([2 * jumps.ends for jumps in _jumping(system)])
     return np.r_[own, np.ones(count - len(own), dtype=int)]
 
 
