@@ -122,6 +122,11 @@ def test_what_is_known_of_one_immersion_is_not_taken_for_another_one():
         assert np.isnan(np.asarray(radii(exchanged))).any()
 
 
+def test_a_tooth_just_behind_another_one_finds_nothing_to_cut():
+    together = float(lobex.spectral_radius(mill([1e-7, 360 - 1e-7], 0.5), 100.0, 1e-3, METHOD))
+    assert together == pytest.approx(float(lobex.spectral_radius(mill([360], 0.5), 100.0, 1e-3, METHOD)), rel=1e-6)
+
+
 def test_places_that_go_on_for_ever_are_not_closed():
     process = mill([71.3, 108.7, 71.3, 108.7], 1.0)
     with jax.enable_x64(True):

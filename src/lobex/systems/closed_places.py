@@ -79,8 +79,11 @@ def _links(system: DelaySystem, start: np.ndarray, length: np.ndarray, shares: n
         source = int(np.argmin(distance))
         if distance[source] > AS_ONE or abs(length[source] - length[piece]) > AS_ONE:
             return None
-        turns = round(float(start[source] - begun))
-        links.append(Link(source, int(piece) - source + count * turns, int(delay)))
+        later = int(piece) - source + count * round(float(start[source] - begun))
+        # A delay that is itself within rounding is met nowhere.
+        if later < 1:
+            return None
+        links.append(Link(source, later, int(delay)))
     return tuple(sorted(links)) or None
 
 
