@@ -1,21 +1,26 @@
-"""A compiled function over many points, in batches of one size, so that it is compiled once, on every core."""
+"""Compiled functions over many points, in batches of one size or of few, so that each is compiled once."""
 
 from collections import defaultdict
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from functools import partial
+from itertools import pairwise
 from threading import Lock
 from typing import Any, TypeVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jaxtyping import Int, Shaped
 
 from lobex._devices import on_device, workers
 from lobex._timing import carried
 
 # Of points that are computed together on a core: these stay in its cache.
 _TOGETHER = 16
+# Rows of a batch of lanes, and how many batches of a smaller size take no longer than one of the next.
+_SIZES = (512, 4096)
+_FEW = 4
 
 Result = TypeVar("Result")
 
@@ -40,27 +45,70 @@ class FirstAlone:
         return function()
 
 
+def side_by_side(work: Callable[[int], Result], count: int, first_alone: bool = True) -> Iterator[Result]:
+    """``work(number)`` of parts 0 … count − 1, in their order, on every core and device, in float64.
+
+    What they share is compiled by the first, which is done before the others begin; parts that see to that themselves
+    say that it need not be alone.
+    """
+
+    def part(number: int) -> Result:
+        with on_device(number):
+            return work(number)
+
+    alone = min(int(first_alone), count)
+    yield from map(part, range(alone))
+    if count > alone:
+        with ThreadPoolExecutor(workers()) as pool:
+            yield from pool.map(carried(part), range(alone, count))
+
+
+def in_chunks(function: Callable[[Int[Any, " _"]], Any], lanes: int, size: int) -> list[Any]:
+    """``function(numbers of lanes)`` for parts of ``size`` at most, of which the first, which is alone, is small."""
+    edges = [0, *range(-(-size // 4), lanes, size), lanes] if lanes > size else [0, lanes]
+    numbers = [np.arange(*ends) for ends in pairwise(edges) if ends[1] > ends[0]]
+    return list(side_by_side(lambda part: function(numbers[part]), len(numbers)))
+
+
 def in_batches(function: Callable[..., Any], arrays: tuple[np.ndarray, ...], size: int = 64) -> Any:
     """``function(count, *arrays)`` for one point or more along the arrays' first axis, as NumPy arrays.
 
     It is called with ``size`` points at a time, of which the first ``count`` are wanted: the last batch is filled up
     with repeats. Call it in the scope of float64.
     """
-    total = len(arrays[0])
+    starts = range(0, len(arrays[0]), size)
 
-    def work(number: int) -> Any:
-        start = number * size
-        count = min(size, total - start)
-        index = start + np.arange(size) % count
-        with on_device(number):
-            return jax.tree.map(np.asarray, function(count, *(a[index] for a in arrays)))
+    def work(part: int) -> Any:
+        count, filled = _filled(arrays, starts[part], size)
+        return jax.tree.map(lambda result: np.asarray(result)[:count], function(count, *filled))
 
-    # The first alone, so that nothing is compiled twice.
-    parts = [work(0)]
-    if total > size:
-        with ThreadPoolExecutor(workers()) as pool:
-            parts += pool.map(carried(work), range(1, -(-total // size)))
-    return jax.tree.map(lambda *part: np.concatenate(part)[:total], *parts)
+    return jax.tree.map(lambda *part: np.concatenate(part), *side_by_side(work, len(starts)))
+
+
+def in_few_sizes(
+    function: Any, arrays: tuple[Shaped[Any, "k ..."], ...], sizes: tuple[int, ...] = _SIZES
+) -> tuple[Shaped[Any, "k ..."], ...]:
+    """``function(*arrays)`` over the first axis, (k, …), as NumPy arrays, within one thread, which k may be 0 for.
+
+    The last batch is filled up with repeats. A function that is compiled for one size alone names it.
+    """
+    size = next((size for size in sizes if _FEW * size >= len(arrays[0])), sizes[-1])
+    parts = []
+    for start in range(0, max(len(arrays[0]), 1), size):
+        count, filled = _filled(arrays, start, size)
+        parts.append((count, function(*filled)))
+    # All are begun before the first is waited for.
+    results = [[np.asarray(result)[:count] for result in results] for count, results in parts]
+    return tuple(map(np.concatenate, zip(*results, strict=True)))
+
+
+def _filled(arrays: tuple[np.ndarray, ...], start: int, size: int) -> tuple[int, list[np.ndarray]]:
+    """How many rows there are from ``start`` on, ``size`` at most, and so many with their repeats, or of zeros."""
+    count = min(size, len(arrays[0]) - start)
+    if count == 0:
+        return 0, [np.zeros((size, *part.shape[1:]), part.dtype) for part in arrays]
+    index = start + np.arange(size) % count
+    return count, [part[index] for part in arrays]
 
 
 def together(size: int, few: int = _TOGETHER) -> int:

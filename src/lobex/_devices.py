@@ -23,5 +23,6 @@ def on_device(number: int) -> Iterator[None]:
 
 
 def workers() -> int:
-    """Threads that take parts: one for each core and each local device."""
-    return max(os.cpu_count() or 1, len(jax.local_devices()))
+    """Threads that take parts: one for each core that this process may use, and each local device."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return max(cores, len(jax.local_devices()))

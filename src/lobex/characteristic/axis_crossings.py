@@ -9,9 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Complex, Float, Int
 
-from lobex.characteristic.chunks import in_chunks
+from lobex._batches import in_chunks, in_few_sizes
 from lobex.characteristic.function import Contact, loop
-from lobex.characteristic.lanes import in_few_sizes, placed, take
+from lobex.characteristic.lanes import placed, take
 from lobex.characteristic.method import contacts
 from lobex.characteristic.nyquist import AxisPlaces, axis_places
 from lobex.characteristic.open_loop import Open, weighted

@@ -13,10 +13,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 
+from lobex._batches import in_few_sizes
 from lobex.characteristic import several_delays
 from lobex.characteristic.cells import over_modes
 from lobex.characteristic.closed_loop import Loops
-from lobex.characteristic.lanes import in_few_sizes, placed, take
+from lobex.characteristic.lanes import placed, take
 from lobex.characteristic.line import PLACES, roots_beyond
 from lobex.characteristic.peaks import foremost, highest, moved_poles, peaks
 from lobex.characteristic.several_delays import SeveralDelays

@@ -9,11 +9,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Complex, Float, Inexact, Int
 
+from lobex._batches import in_few_sizes
 from lobex.characteristic.cells import over_modes
 from lobex.characteristic.climb import newton
 from lobex.characteristic.closed_loop import Loops
 from lobex.characteristic.function import decaying, inverted
-from lobex.characteristic.lanes import in_few_sizes, placed, take
+from lobex.characteristic.lanes import placed, take
 from lobex.characteristic.open_loop import Open, weighted
 from lobex.characteristic.peaks import likely_roots
 

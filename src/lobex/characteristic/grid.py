@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 
-from lobex.characteristic.chunks import in_chunks
+from lobex._batches import in_chunks
 from lobex.characteristic.climb import ROOTS, climb
 from lobex.characteristic.closed_loop import Loops, close, responses
 from lobex.characteristic.function import Contact

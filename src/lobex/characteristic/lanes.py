@@ -1,38 +1,14 @@
-"""Functions of many lanes, in batches of few sizes so that each is compiled once."""
+"""Trees of many lanes, whose trailing axis they are, filled up so that their shapes are few."""
 
 from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Inexact, Int, Shaped
+from jaxtyping import Inexact, Int
 
-# Lanes that a chunk has at most, and arguments that a batch has.
+# Lanes that a chunk has at most.
 LANES = 4096
-_SIZES = (512, 4096)
-# So many batches of a smaller size take no longer than one of the next.
-_FEW = 4
-
-
-def in_few_sizes(
-    function: Any, arrays: tuple[Shaped[Any, "k ..."], ...], sizes: tuple[int, ...] = _SIZES
-) -> tuple[Shaped[Any, "k ..."], ...]:
-    """``function(*arrays)`` over the first axis, (k, …), as NumPy arrays: the last batch is filled up with repeats.
-
-    A function that is compiled for one size alone names it.
-    """
-    count = len(arrays[0])
-    size = next((s for s in sizes if _FEW * s >= count), sizes[-1])
-    parts = []
-    for start in range(0, max(count, 1), size):
-        part = [a[start : start + size] for a in arrays]
-        filled = (
-            np.resize(a, (size, *a.shape[1:])) if count else np.zeros((size, *a.shape[1:]), a.dtype) for a in part
-        )
-        parts.append((len(part[0]), function(*filled)))
-    # All are begun before the first is waited for.
-    results = [[np.asarray(result)[:length] for result in results] for length, results in parts]
-    return tuple(map(np.concatenate, zip(*results, strict=True)))
 
 
 def take(lanes: Any, index: Int[Any, " _"]) -> Any:

@@ -9,8 +9,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 
+from lobex._batches import in_few_sizes
 from lobex.characteristic.function import Contact, response
-from lobex.characteristic.lanes import in_few_sizes, placed, take
+from lobex.characteristic.lanes import placed, take
 from lobex.characteristic.open_loop import weighted
 
 # Of a sum of rounded terms.

@@ -15,9 +15,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Complex, Float, Inexact, Int, Shaped
 
+from lobex._batches import in_few_sizes
 from lobex.characteristic.cells import Cells, bounds_of_mode, decide, first_cells, narrow, over_modes, value_of_mode
 from lobex.characteristic.closed_loop import Loops
-from lobex.characteristic.lanes import in_few_sizes, take
+from lobex.characteristic.lanes import take
 
 _DONE, _SPLIT, _LOUD = 0, 1, 2
 # Places that are reported for each line.

@@ -14,9 +14,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int, Shaped
 
+from lobex._batches import in_few_sizes
 from lobex.characteristic.cells import Bounds, Cells, bounds_of_mode, decide, first_cells, narrow, over_modes
 from lobex.characteristic.closed_loop import Loops
-from lobex.characteristic.lanes import in_few_sizes, placed, take
+from lobex.characteristic.lanes import placed, take
 from lobex.characteristic.open_loop import Open, weighted
 
 _STEPS = 8

@@ -16,6 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Int
 
+from lobex._batches import in_few_sizes
 from lobex.characteristic.cells import (
     Bounds,
     Cells,
@@ -28,7 +29,7 @@ from lobex.characteristic.cells import (
 )
 from lobex.characteristic.closed_loop import Loops
 from lobex.characteristic.function import decaying
-from lobex.characteristic.lanes import in_few_sizes, take
+from lobex.characteristic.lanes import take
 from lobex.characteristic.line import PLACES, Count
 
 _DONE, _SPLIT, _LOST = 0, 1, 2

@@ -16,10 +16,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Complex, Float, Int
 
+from lobex._batches import in_few_sizes
 from lobex.characteristic.cells import Cells, bounds_of_mode, decide, first_cells, over_modes, value_of_mode
 from lobex.characteristic.closed_loop import Loops
 from lobex.characteristic.function import decaying
-from lobex.characteristic.lanes import in_few_sizes, take
+from lobex.characteristic.lanes import take
 from lobex.characteristic.open_loop import Open, weighted
 
 _DONE, _SPLIT, _LOUD, _CLEAR = 0, 1, 2, 3

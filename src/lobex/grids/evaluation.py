@@ -1,8 +1,6 @@
 """The dominant multiplier at many points by any method: in chunks by matrix products, the rest by the dense solver."""
 
-from concurrent.futures import ThreadPoolExecutor
 from functools import partial
-from itertools import chain
 from typing import Any
 
 import jax
@@ -11,11 +9,9 @@ import numpy as np
 from jaxtyping import Array, Complex, Float, Int
 from tqdm import tqdm
 
-from lobex._batches import in_batches, over_few, together
+from lobex._batches import in_batches, over_few, side_by_side, together
 from lobex._broadcast import over_points
-from lobex._devices import on_device, workers
 from lobex._shapes import AnyArray, Number
-from lobex._timing import carried
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.floquet import dense, power
 from lobex.grids.dominant import Dominant
@@ -60,18 +56,11 @@ def dominant_over_grid(
             for start, whole, size in zip(starts[number], shape, chunk, strict=True)
         )
         row, column = (np.resize(index, size) for index, size in zip(part, chunk, strict=True))
-        with on_device(number):
-            count = len(part[0])
-            result = _over_chunk(process, method, _EFFORTS[0], several, count, speeds[row], gains[column])
-            return np.ix_(*part), [np.asarray(values)[: len(part[0]), : len(part[1])] for values in result]
+        result = _over_chunk(process, method, _EFFORTS[0], several, len(part[0]), speeds[row], gains[column])
+        return np.ix_(*part), [np.asarray(values)[: len(part[0]), : len(part[1])] for values in result]
 
-    with (
-        tqdm(total=multiplier.size, unit="pt", unit_scale=True, disable=not progress, leave=False) as bar,
-        ThreadPoolExecutor(workers()) as pool,
-    ):
-        # The first alone, so that nothing is compiled twice.
-        parts = chain([work(0)], pool.map(carried(work), range(1, len(starts))))
-        for part, results in parts:
+    with tqdm(total=multiplier.size, unit="pt", unit_scale=True, disable=not progress, leave=False) as bar:
+        for part, results in side_by_side(work, len(starts)):
             for target, values in zip((multiplier, frequency, residual), results, strict=True):
                 target[part] = values
             bar.update(results[0].size)

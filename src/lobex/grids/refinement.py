@@ -1,7 +1,6 @@
 """The dominant multiplier at many points, with as many nodes at each as its estimated error asks for."""
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -11,10 +10,8 @@ import numpy as np
 from jaxtyping import Array, Float, Inexact, Int
 from tqdm import tqdm
 
-from lobex._batches import FirstAlone, over_few, together
-from lobex._devices import on_device, workers
+from lobex._batches import FirstAlone, over_few, side_by_side, together
 from lobex._shapes import AnyArray, Number
-from lobex._timing import carried
 from lobex.floquet import dense, power
 from lobex.floquet.chatter import carrier_frequency
 from lobex.floquet.power import Pair, as_complex, as_pair
@@ -103,17 +100,14 @@ class _Refinement:
             mine = order[edges[number] : edges[number + 1]]
             here = slice(first[number], first[number + 1])
             slab = _Slab(self, speeds[here], row[mine] - here.start, gain[mine], number)
-            with on_device(number):
-                slab.run(start[row[mine]], last[row[mine]])
+            slab.run(start[row[mine]], last[row[mine]])
             return mine, slab
 
-        with (
-            tqdm(total=len(row), unit="pt", unit_scale=True, disable=not progress, leave=False) as bar,
-            ThreadPoolExecutor(workers()) as pool,
-        ):
+        with tqdm(total=len(row), unit="pt", unit_scale=True, disable=not progress, leave=False) as bar:
             if len(row) >= MANY:
-                list(pool.map(carried(lambda call: call()), self._rehearsals(start, speeds[0], gain[0])))
-            for mine, slab in pool.map(carried(work), range(len(edges) - 1)):
+                calls = self._rehearsals(start, speeds[0], gain[0])
+                list(side_by_side(lambda number: calls[number](), len(calls), first_alone=False))
+            for mine, slab in side_by_side(work, len(edges) - 1, first_alone=False):
                 multiplier[mine], frequency[mine], error[mine] = slab.multiplier, slab.frequency, slab.whole_error
                 nodes[mine] = np.asarray(self.sizes)[slab.size]
                 densely[mine] = slab.densely
@@ -128,23 +122,21 @@ class _Refinement:
         methods = [replace(self.method, nodes=self.sizes[i]) for i in wanted]
 
         def prepare(method: Duhamel) -> object:
-            with jax.enable_x64(True):
-                speeds = np.full(SPEEDS, speed)
-                return prepared_at(self.process, method, speeds, gain, SPEEDS, self.traits, self.in_flight)
+            speeds = np.full(SPEEDS, speed)
+            return prepared_at(self.process, method, speeds, gain, SPEEDS, self.traits, self.in_flight)
 
         def evaluate(method: Duhamel) -> object:
-            with jax.enable_x64(True):
-                shapes = jax.eval_shape(
-                    partial(prepared_at, traits=self.traits, in_flight=self.in_flight),
-                    self.process,
-                    method,
-                    np.full(SPEEDS, speed),
-                    gain,
-                    SPEEDS,
-                )
-                prepared = jax.tree.map(lambda part: np.zeros(part.shape, part.dtype), shapes)
-                slab = _Slab(self, np.full(SPEEDS, speed), np.zeros(1, dtype=int), np.full(1, gain))
-                return slab.evaluate(prepared, np.zeros(1, dtype=int), method, _EFFORTS[0])
+            shapes = jax.eval_shape(
+                partial(prepared_at, traits=self.traits, in_flight=self.in_flight),
+                self.process,
+                method,
+                np.full(SPEEDS, speed),
+                gain,
+                SPEEDS,
+            )
+            prepared = jax.tree.map(lambda part: np.zeros(part.shape, part.dtype), shapes)
+            slab = _Slab(self, np.full(SPEEDS, speed), np.zeros(1, dtype=int), np.full(1, gain))
+            return slab.evaluate(prepared, np.zeros(1, dtype=int), method, _EFFORTS[0])
 
         return [partial(call, method) for method in methods for call in (evaluate, prepare)]
 

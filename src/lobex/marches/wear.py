@@ -1,8 +1,6 @@
 """The wear march: what a blade that rubs its casing for some revolutions leaves of it, at many speeds at once."""
 
-import os
 import threading
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import nullcontext
 from functools import partial
 from typing import Any
@@ -14,11 +12,12 @@ from jaxtyping import Float
 from tqdm import tqdm
 
 from lobex import _checks
-from lobex._devices import on_device
+from lobex._batches import side_by_side
+from lobex._devices import workers
 from lobex._float64 import at_once, widened
 from lobex._memory import check_memory
 from lobex._shapes import AnyArray
-from lobex._timing import carried, timed
+from lobex._timing import timed
 from lobex._warnings import SweepWarning, warn
 from lobex.contact.casing import Casing, check_casing
 from lobex.contact.laws import ContactLaw, check_law
@@ -169,8 +168,7 @@ def _march(
     total = len(blocks) * revolutions
     with tqdm(total=total, unit="rev", disable=not progress, leave=False) as bar:
         work = partial(_march_block, modes, law, profile, history, factor, matrix, parts, bar.update)
-        with ThreadPoolExecutor(max_workers=_workers()) as pool:
-            list(pool.map(carried(work), range(len(blocks)), blocks))
+        list(side_by_side(lambda number: work(blocks[number]), len(blocks), first_alone=False))
     return parts
 
 
@@ -183,36 +181,27 @@ def _march_block(
     matrix: np.ndarray,
     parts: dict[str, np.ndarray],
     done: Any,
-    number: int,
     block: np.ndarray,
 ) -> None:
     samples = len(profile) // factor
-    with on_device(number):
-        blade = at_rest(modes, len(profile), len(block), LENGTH * factor if factor > 1 else 0)
-        for turn in range(history.shape[1]):
-            with _COMPILING if turn == 0 else nullcontext():
-                blade, result = _turn(modes, law, profile, history[block, turn], blade, matrix, factor=factor)
-            for name, values in zip(_PER_REVOLUTION, (*result.totals, result.stored_energy), strict=True):
-                parts[name][block, turn] = np.asarray(values)
-            parts["displacement"][block, turn * samples : (turn + 1) * samples] = np.asarray(result.tip).T
-            done()
-        parts["depth"][block] = np.asarray(blade.depth).T
+    blade = at_rest(modes, len(profile), len(block), LENGTH * factor if factor > 1 else 0)
+    for turn in range(history.shape[1]):
+        with _COMPILING if turn == 0 else nullcontext():
+            blade, result = _turn(modes, law, profile, history[block, turn], blade, matrix, factor=factor)
+        for name, values in zip(_PER_REVOLUTION, (*result.totals, result.stored_energy), strict=True):
+            parts[name][block, turn] = np.asarray(values)
+        parts["displacement"][block, turn * samples : (turn + 1) * samples] = np.asarray(result.tip).T
+        done()
+    parts["depth"][block] = np.asarray(blade.depth).T
 
 
 def _blocks(lanes: int) -> list[np.ndarray]:
     """Lane numbers of equal blocks; the last reaches back over lanes of the one before, so that one shape serves."""
-    count = max(min(_workers(), lanes // _FEWEST_LANES), 1)
-    if jax.default_backend() == "cpu":
-        count = max(-(-lanes // _LANES), count)
+    cpu = jax.default_backend() == "cpu"
+    side = workers() if cpu else len(jax.local_devices())
+    count = max(min(side, lanes // _FEWEST_LANES), -(-lanes // _LANES) if cpu else 1, 1)
     size = -(-lanes // count)
     return [np.arange(size) + min(start, lanes - size) for start in range(0, lanes, size)]
-
-
-def _workers() -> int:
-    """Threads that march at once: one per core on a CPU, else one per device."""
-    if jax.default_backend() != "cpu":
-        return len(jax.local_devices())
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _failed(parts: dict[str, np.ndarray], radius: float) -> np.ndarray:

@@ -1,6 +1,5 @@
 """``orbits``: what the periodic motion does over a grid of speeds and gains, where it is stable."""
 
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -11,11 +10,10 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from lobex import _checks
-from lobex._batches import over_few, together
-from lobex._devices import on_device, workers
+from lobex._batches import in_batches, over_few, together
 from lobex._float64 import at_once, widened
 from lobex._shapes import AnyArray, Number
-from lobex._timing import carried, timed
+from lobex._timing import timed
 from lobex.grids.choice import AUTO, Auto, chosen_method
 from lobex.grids.evaluation import dominant_over_grid
 from lobex.motions.cut_along import OverPeriod, furthest_of, left_at, over_period, toothed, walls
@@ -181,28 +179,13 @@ def _at_cells(
     index = first[:, None] + np.minimum(np.arange(_COLUMNS), count[:, None] - 1)
     own_speed, own_gain = speeds[row[order][first]], gains[column[order][index]]
 
-    def work(begin: int) -> Any:
-        here = (begin + np.arange(_ROWS)) % len(first)
-        with on_device(begin // _ROWS):
-            number = min(_ROWS, len(first) - begin)
-            found = _at_rows(
-                process, method, height, together(_ROWS, _TOGETHER), number, own_speed[here], own_gain[here]
-            )
-            return jax.tree.map(lambda part: np.asarray(part)[:number], found)
-
-    # The first alone, so that nothing is compiled twice.
-    parts = [work(0)]
-    with ThreadPoolExecutor(workers()) as pool:
-        parts += pool.map(carried(work), range(_ROWS, len(first), _ROWS))
+    at_rows = partial(_at_rows, process, method, height, together(_ROWS, _TOGETHER))
+    found = in_batches(at_rows, (own_speed, own_gain), _ROWS)
     filled = (np.arange(_COLUMNS) < count[:, None]).ravel()
     back = np.empty_like(order)
     back[order] = np.arange(len(order))
 
-    def lanes(*part: np.ndarray) -> np.ndarray:
-        whole = np.concatenate(part)
-        return whole.reshape(-1, *whole.shape[2:])[filled][back]
-
-    return jax.tree.map(lanes, *parts)
+    return jax.tree.map(lambda part: part.reshape(-1, *part.shape[2:])[filled][back], found)
 
 
 @partial(jax.jit, static_argnames="several")
