@@ -142,12 +142,12 @@ def tolerance_of(task: Task) -> float:
     return max(LIMITS, task.rel_diff) if isinstance(task, Limits) else 0.0
 
 
-def computed(tasks: list[Task], verbose: bool) -> dict[str, list[tuple[float, Task]]]:
-    """The errors by group, those that are alike being computed by one call."""
+def computed(tasks: list[Task], verbose: bool) -> list[tuple[float, Task]]:
+    """The errors of a group's tasks, those that are alike being computed by one call."""
     batches: dict[Any, list[Task]] = defaultdict(list)
     for task in tasks:
         batches[alike(task)].append(task)
-    results: dict[str, list[tuple[float, Task]]] = defaultdict(list)
+    results: list[tuple[float, Task]] = []
     for batch in batches.values():
         began = time.perf_counter()
         with warnings.catch_warnings(record=True) as said:
@@ -157,13 +157,22 @@ def computed(tasks: list[Task], verbose: bool) -> dict[str, list[tuple[float, Ta
             except Exception as failure:  # One case that fails leaves the others to be told of.
                 found = [np.inf] * len(batch)
                 warnings.warn(f"{type(failure).__name__}: {str(failure).splitlines()[0]}", stacklevel=1)
-        results[batch[0].group] += zip(found, batch, strict=True)
+        results += zip(found, batch, strict=True)
         if not verbose or isinstance(batch[0], Inexpressible):
             continue
         for error, task in zip(found, batch, strict=True):
             print(f"{task.group} | {task.name}: {error:.1e}{'' if error <= tolerance_of(task) else '  WRONG'}")
         print(*[f"    {w.message}" for w in said], f"    {time.perf_counter() - began:.1f} s", sep="\n", flush=True)
     return results
+
+
+def line_of(group: str, rows: list[tuple[float, Task]]) -> str:
+    """The line of a group."""
+    wrong = sum(not error <= tolerance_of(task) for error, task in rows)
+    error, task = max(rows, key=lambda row: row[0])
+    if isinstance(task, Inexpressible):
+        return f"{group:32} {len(rows):5} {'-':>5} {'-':>8}  not expressible: {task.reason}"
+    return f"{group:32} {len(rows):5} {wrong:5} {error:8.1e}  {task.name}"
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -176,16 +185,16 @@ def main(arguments: list[str] | None = None) -> int:
         reference = json.load(file)
     if given.groups:
         reference = {group: reference[group] for group in given.groups.split(",")}
-    results = computed(list(cases_of(reference)), given.verbose)
-    print(f"{'group':32} {'cases':>5} {'wrong':>5} {'worst':>8}  worst case")
-    for group, rows in results.items():
-        wrong = sum(not error <= tolerance_of(task) for error, task in rows)
-        error, task = max(rows, key=lambda row: row[0])
-        if isinstance(task, Inexpressible):
-            print(f"{group:32} {len(rows):5} {'-':>5} {'-':>8}  not expressible: {task.reason}")
-        else:
-            print(f"{group:32} {len(rows):5} {wrong:5} {error:8.1e}  {task.name}")
-    return int(any(not error <= tolerance_of(task) for rows in results.values() for error, task in rows))
+    groups: dict[str, list[Task]] = defaultdict(list)
+    for task in cases_of(reference):
+        groups[task.group].append(task)
+    print(f"{'group':32} {'cases':>5} {'wrong':>5} {'worst':>8}  worst case", flush=True)
+    agree = True
+    for group, tasks in groups.items():
+        rows = computed(tasks, given.verbose)
+        print(line_of(group, rows), flush=True)
+        agree &= all(error <= tolerance_of(task) for error, task in rows)
+    return int(not agree)
 
 
 if __name__ == "__main__":

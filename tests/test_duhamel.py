@@ -172,7 +172,7 @@ def test_a_present_force_without_the_gain_is_taken_in_once_and_for_all():
 def test_gradients_of_the_response_are_those_of_differences():
     def radius(young_modulus, speed):
         modes = lobex.Rod(3, young_modulus=young_modulus).modes(0.03)
-        return lobex.spectral_radius(lobex.Rub(modes), speed, 1.2e6, lobex.Duhamel(nodes=20))
+        return lobex.spectral_radius(lobex.Rub(modes), speed, 1.2e6, lobex.Duhamel(nodes=30))
 
     with jax.enable_x64(True):
         slopes = jax.jit(jax.grad(radius, argnums=(0, 1)))(210e7, 120.0)
@@ -197,3 +197,10 @@ def test_rub_with_other_modes_than_five():
         chart = lobex.sweep(process, speeds, gains, lobex.Duhamel())
         exact = lobex.spectral_radius(process, speeds[:, None], gains, lobex.Duhamel(nodes=80))
         assert chart.spectral_radius == pytest.approx(exact, rel=1e-8)
+
+
+def test_nodes_that_are_too_few_are_warned_of():
+    fine = lobex.spectral_radius(ROD, 120.0, 1.2e6, lobex.Duhamel(nodes=30))
+    with pytest.warns(lobex.SweepWarning, match="1 of 1 points failed or have an estimated error above 1e-08"):
+        coarse = lobex.spectral_radius(ROD, 120.0, 1.2e6, lobex.Duhamel(nodes=16))
+    assert abs(coarse / fine - 1) > 1e-6

@@ -73,7 +73,7 @@ def test_teeth_and_speed_enter_by_the_tooth_period_alone_at_tiny_arcs(rpm, depth
     # With t teeth at speed/t the tooth period is the same; the arc in cut differs, so the free parts agree
     # only through the structure: at zero depth the radius is exactly that of the free decay.
     process = milling({**MULTIPLIER_TOOLS["Insperger-Stepan"], "teeth": teeth}, 0.05, "up")
-    free = lobex.spectral_radius(process, rpm / 60 / teeth, 0.0, lobex.Duhamel(nodes=16))
+    free = lobex.spectral_radius(process, rpm / 60 / teeth, 0.0, lobex.Duhamel(nodes=30))
     rate = process.modes.damping_ratio[0] * process.modes.angular_frequency[0]
     assert free == pytest.approx(np.exp(-rate * 60 / rpm), rel=1e-10)
 

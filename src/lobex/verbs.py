@@ -70,22 +70,22 @@ def spectral_radius(
 ) -> Float[AnyArray, " *lanes"]:
     """max|μ|: the motion dies out below 1 and grows above. Shape: that of speed and gain, broadcast.
 
-    Differentiable with respect to speed, gain and every number in ``process``. By ``Auto()`` as in ``sweep``, error
-    control included, where nothing is traced, and else by ``Duhamel(nodes=40)``. Arguments, precision, errors and
-    warnings as for ``monodromy``.
+    Differentiable with respect to speed, gain and every number in ``process``. By ``Auto()`` and ``Duhamel(…)`` as in
+    ``sweep``, with the error estimated, where nothing is traced; under tracing ``Auto()`` is ``Duhamel(nodes=40)``.
+    Arguments, precision, errors and warnings as for ``monodromy``.
 
     Warns:
-        SweepWarning: for points that failed and are NaN, and for estimated errors above 1e-8.
+        SweepWarning: for points that failed and are NaN, and for estimated errors above the tolerance, 1e-8 by default.
     """
     speed, gain = _checked(process, speed, gain, method)
-    if isinstance(method, Auto) and not _checks.is_traced((process, speed, gain)):
+    if isinstance(method, Auto | Duhamel) and not _checks.is_traced((process, speed, gain)):
         with at_once():
             return _settled(widened(process), np.asarray(speed, dtype=float), np.asarray(gain, dtype=float), method)
     return _spectral_radius(process, speed, gain, _operator(process, speed, gain, method))
 
 
-def _settled(process: Process, speed: np.ndarray, gain: np.ndarray, method: Auto) -> np.ndarray:
-    """As ``sweep`` has it: proven roots, or as many nodes as the estimated error asks for."""
+def _settled(process: Process, speed: np.ndarray, gain: np.ndarray, method: Auto | Duhamel) -> np.ndarray:
+    """As ``sweep`` has it: proven roots, or as many nodes as the estimated error asks for, or the nodes given."""
     speed, gain = np.broadcast_arrays(speed, gain)
     if not speed.size:
         return np.zeros(speed.shape)
