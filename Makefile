@@ -1,6 +1,7 @@
 # make demo   make the environment and draw the first diagram, rub.nc and rub.png
 # make test   make the environment and run the tests; they compile quickly and compute slowly (tests/quick.py)
-# make test-all   the same compiled as for users, and the long statistical searches that are marked so
+# make test-slow   further cases, of tests that compile much and are marked so
+# make test-all   all of them compiled as for users, and the long statistical searches that are marked so
 # make coverage   run the tests and print which lines no test runs
 # make lint   ruff and pyright
 # make bench  measure, and rewrite benchmarks/RESULTS.md
@@ -21,7 +22,7 @@ BIN := $(VENV)/bin
 # A file goes to one worker, which compiles for all its tests; those that take longest begin first (tests/conftest.py).
 PYTEST = $(BIN)/python -m pytest --numprocesses 2 --dist loadfile --no-loadscope-reorder --durations 10
 
-.PHONY: demo test test-all coverage lint bench figures docs notebooks picture clean
+.PHONY: demo test test-slow test-all coverage lint bench figures docs notebooks picture clean
 
 demo: $(VENV)/.package
 	$(BIN)/lobex lobes rub --out rub
@@ -29,8 +30,11 @@ demo: $(VENV)/.package
 test: $(VENV)/.test
 	$(PYTEST)
 
+test-slow: $(VENV)/.test
+	$(PYTEST) -m slow
+
 test-all: $(VENV)/.test
-	XLA_FLAGS= $(PYTEST) -m "search or not search"
+	XLA_FLAGS= $(PYTEST) -m "slow or search or not search"
 
 coverage: $(VENV)/.test
 	$(PYTEST) --cov=lobex

@@ -196,6 +196,7 @@ def stepped():
         return lobex.orbit(STEPPED, SPEED, DEEP, lobex.Duhamel(nodes=24), phase=np.arange(360) / 360)
 
 
+@pytest.mark.slow
 def test_a_tooth_that_leaves_the_cut_is_told(stepped):
     assert stepped.status == "tooth leaves the cut"
     assert np.isfinite(stepped.displacement).all()

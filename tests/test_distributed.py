@@ -67,6 +67,7 @@ def test_ends_that_follow_the_speed_and_a_kernel_that_is_a_number():
     assert radius == pytest.approx(abs(multiplier(-3.0, (1.0, 0.0))), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_forced_one_moves_as_its_transfer_function_says():
     def wave(t, speed, gain):
         return jnp.cos(2 * jnp.pi * t / SHARE)
@@ -78,6 +79,7 @@ def test_a_forced_one_moves_as_its_transfer_function_says():
 
 
 @pytest.mark.filterwarnings("ignore::lobex.SweepWarning")
+@pytest.mark.slow
 def test_jumps_end_pieces_and_their_images_by_so_many_delays_do_not():
     def stepping(s, t, speed, gain):
         return jnp.where(t < 0.3, gain, 0.5 * gain)

@@ -23,6 +23,8 @@ import offline  # noqa: E402
 import pages  # noqa: E402
 import reference_rows  # noqa: E402
 
+# Their code takes longest, as every cutter and equation compiles programs of its own.
+LONG = {"advice.md", "cutters.md", "forced_motion.md", "own_equation.md"}
 # Rendered notebooks have tests of their own (test_notebooks.py), and so has cluster.md (test_study.py).
 PAGES = [p for p in sorted([*DOCS.glob("*.md"), *DOCS.glob("howto/*.md")]) if p.name != "cluster.md"]
 CONTENT = pages.read(DOCS)
@@ -94,7 +96,11 @@ def test_every_page_with_code_has_its_claim():
     assert {page.name for page in PAGES if code_of(page)} == set(CLAIMS)
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if code_of(page)], ids=lambda page: page.name)
+def with_marks(page):
+    return pytest.param(page, marks=pytest.mark.slow, id=page.name) if page.name in LONG else page
+
+
+@pytest.mark.parametrize("page", [with_marks(page) for page in PAGES if code_of(page)], ids=lambda page: page.name)
 def test_code_of_pages_runs_in_order(page, tmp_path, monkeypatch):
     beside = [shutil.copy(path, tmp_path) for path in page.parent.glob("*.toml")]
     monkeypatch.chdir(tmp_path)

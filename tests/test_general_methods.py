@@ -18,6 +18,7 @@ def test_a_march_refuses_delays_shorter_than_a_step():
         lobex.march_delay(ACT_AND_WAIT, 1.0, 0.5, np.cos, 4, 3)
 
 
+@pytest.mark.slow
 def test_charts_and_limits_of_a_delay_that_is_not_the_period():
     case = GENERAL["mathieu_limits"][0]
     process, method, speeds = mathieu(case), METHODS[0], [1 / (2 * np.pi)]

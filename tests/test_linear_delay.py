@@ -231,6 +231,7 @@ def test_derivatives_are_those_of_the_closed_form():
     assert [float(slope) for slope in slopes] == pytest.approx([by_a, by_gain], rel=1e-8)
 
 
+@pytest.mark.slow
 def test_sensitivities_are_those_of_the_numbers_of_functions():
     told = lobex.sensitivities(own_turning(TURNED, 2e8), [90.0], bounds=(1e-5, 1e-2))
     known = lobex.sensitivities(lobex.Turning(TURNED, 2e8), [90.0])

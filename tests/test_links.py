@@ -159,7 +159,7 @@ def test_one_tooth_at_a_time_remembers_a_chip_a_node(immersion):
     assert chips[:6] == pytest.approx(forces[:6], rel=1e-9)
 
 
-@pytest.mark.parametrize("discs", [False, True])
+@pytest.mark.parametrize("discs", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_gradients_by_pitch_are_those_of_differences_where_places_coincide(discs):
     """One tooth leaves as another one enters, and images of jumps meet others: places that are one till angles move."""
     tool, method = lobex.Modes.single(frequency=510.0, damping_ratio=0.02, mass=0.5), lobex.Duhamel(nodes=12)
@@ -191,6 +191,7 @@ def test_gradient_by_the_immersion_is_that_of_differences_where_one_tooth_leaves
     assert float(found.radial_immersion) == pytest.approx((ahead - behind) / 2e-4, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_gradients_of_an_orbit_by_pitch_are_those_of_differences_where_places_coincide():
     tool, method = (
         lobex.Modes.single(frequency=510.0, damping_ratio=0.02, mass=0.5),

@@ -112,6 +112,7 @@ def test_a_march_that_has_come_to_its_orbit_or_hardly_begun_has_no_growth():
         assert np.isnan(march.growth)
 
 
+@pytest.mark.slow
 def test_derivatives_are_those_of_the_series():
     place = 0.37
 
@@ -194,6 +195,7 @@ MILL = lobex.Milling(
 )
 
 
+@pytest.mark.slow
 def test_even_teeth_push_the_free_structure_as_they_do_without_vibration():
     """The delayed displacement is the present one and drops out: a Fourier series of the nominal force."""
     speed, depth, k = 4000 / 60, np.array([5e-4, 1e-3]), np.arange(-20_000, 20_001)

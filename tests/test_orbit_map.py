@@ -42,6 +42,7 @@ def series(speed, depth, phase):
     return np.real(np.exp(2j * np.pi * np.outer(phase, k)) @ response)
 
 
+@pytest.mark.slow
 def test_a_map_is_what_the_series_says_where_it_is_stable_and_nothing_elsewhere(found):
     chart = lobex.sweep(MILL, SPEED, DEPTH)
     stable = chart.spectral_radius < 1

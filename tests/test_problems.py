@@ -44,9 +44,9 @@ LONG = ("teeth", "even teeth")
 QUICK = ("constant", "periodic", "short delay", "first order")
 
 
-def with_long(every: Any, long: Any) -> list[Any]:
-    """Kinds or problems, of which long ones are left to the search."""
-    return [pytest.param(one, marks=pytest.mark.search) if one in long else one for one in every]
+def with_long(every: Any, long: Any, mark: Any = pytest.mark.search) -> list[Any]:
+    """Kinds, problems or the like, of which long ones are left to the search, or are as slow as the mark says."""
+    return [pytest.param(one, marks=mark) if one in long else one for one in every]
 
 
 # Those of long kinds but one are left to the search.
@@ -184,9 +184,9 @@ def test_chebyshev_converges_geometrically(kind):
 STEPS = [
     ("mathieu T=2tau 3 2", 1, (40, 80)),
     ("mathieu T=tau/2 3 2", 2, (40, 80)),
-    ("mathieu golden 3 2", 0, (34, 89)),
+    pytest.param("mathieu golden 3 2", 0, (34, 89), marks=pytest.mark.slow),
     ("mathieu tau=2.5T 3 2", 1, (40, 80)),
-    ("spindle instantaneous 6000", 0, (80, 160)),
+    pytest.param("spindle instantaneous 6000", 0, (80, 160), marks=pytest.mark.slow),
     pytest.param("spindle instantaneous 6000", 1, (80, 160), marks=pytest.mark.search),
     ("damper 1.6", 1, (20, 40)),
     ("fast turning", 1, (40, 80)),
@@ -204,7 +204,7 @@ def test_semi_discretization_is_of_second_order(name, order, steps):
     assert fitted_order(steps, errors) == pytest.approx(2, abs=0.2 if "spindle" not in name else 0.3)
 
 
-@pytest.mark.parametrize("order", [0, 1, 2])
+@pytest.mark.parametrize("order", with_long([0, 1, 2], [0, 2], pytest.mark.slow))
 def test_semi_discretization_is_of_second_order_over_jumps_with_several_delays(order):
     # Each jump and delay is a whole number of steps, or not: the error stays below the same constant over k².
     problem = NAMED["act and wait 1.5"]
@@ -266,10 +266,15 @@ MARCHES = {
     "act and wait 1.5": (40, 3e-3),
     "pitch 82-88-92-98 0.5 12000": (90, 0.1),
 }
-MARCHED = {"spindle instantaneous 6000", "damper 1.6", "act and wait 1.5"}
 
 
-@pytest.mark.parametrize("name", with_long(MARCHES, set(MARCHES) - MARCHED))
+QUICKLY, SLOWLY = ["act and wait 1.5"], ["spindle instantaneous 6000", "damper 1.6"]
+SEARCHED = [name for name in MARCHES if name not in QUICKLY + SLOWLY]
+
+
+@pytest.mark.parametrize(
+    "name", [*QUICKLY, *with_long(SLOWLY, SLOWLY, pytest.mark.slow), *with_long(SEARCHED, SEARCHED)]
+)
 def test_marches_are_of_second_order(name):
     steps, bound = MARCHES[name]
     errors = [growth_error(NAMED[name], 24, count, 1) for count in (steps, 4 * steps)]

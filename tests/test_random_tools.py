@@ -263,12 +263,14 @@ def check(made):
     assert np.median(off[0] / np.maximum(off[1], ROUNDING)) > FALLS, off
 
 
+@pytest.mark.slow
 def test_a_march_grows_as_the_multipliers_say():
     check(tools(SHAPES, 1, 0))
 
 
 # Every uneven pitch is a program of its own, and those of orbits take long.
 @pytest.mark.filterwarnings("ignore:.*leaves the cut")
+@pytest.mark.slow
 def test_a_march_comes_to_the_orbit():
     made = tools(SHAPES[1:2], 2, 0)
     coarse, fine = March(made, STEPS // 4), March(made, STEPS // 2)

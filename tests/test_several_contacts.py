@@ -84,6 +84,7 @@ def test_equal_blades_that_are_not_coupled_have_the_limit_of_one():
     assert set(limit.status) == {"tie"}
 
 
+@pytest.mark.slow
 def test_a_ring_of_coupled_blades_is_one_contact_for_each_nodal_diameter():
     blades, own, between, phi = 6, 2 * np.pi * 400.0, (2 * np.pi * 60.0) ** 2, 3.0
     unit = np.eye(blades)
@@ -139,6 +140,7 @@ def test_lobes_as_curves_and_their_minimum():
     assert np.any(np.isclose(limit, gain[shown], rtol=1e-9))
 
 
+@pytest.mark.slow
 def test_derivatives_by_the_numbers_of_a_structure_and_by_the_speed():
     def limit(shape, speed):
         return lobex.exact_limit(lobex.Rub(replace(TWO, shape=shape, force_shape=None)), speed).gain[0]

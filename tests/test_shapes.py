@@ -5,11 +5,14 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import lobex
 
 ROOT = Path(lobex.__file__).parent
 
 
+@pytest.mark.slow
 def test_shapes_are_true_of_what_every_verb_calls():
     script = Path(__file__).with_name("checked_shapes.py")
     run = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=500)

@@ -52,7 +52,7 @@ def independent(spindle, passes, **others):
     return period_map(NUMBERS, spindle, at_angle((TANGENTIAL, NORMAL)), parts, passes, 2, **others)
 
 
-@pytest.mark.parametrize("kind", ["two variations", "profile"])
+@pytest.mark.parametrize("kind", ["two variations", pytest.param("profile", marks=pytest.mark.slow)])
 def test_multipliers_are_those_of_collocation_over_the_angle(kind):
     variation, spindle, passes = SPINDLES[kind]
     found = complex(lobex.sweep(mill(variation), [SPEED], [DEPTH]).multiplier[0, 0])
@@ -60,6 +60,7 @@ def test_multipliers_are_those_of_collocation_over_the_angle(kind):
     assert abs(complex(found.real, abs(found.imag)) - wanted) < 1e-11 * abs(wanted)
 
 
+@pytest.mark.slow
 def test_flanks_and_the_feed_see_the_speed_and_the_time_that_there_is():
     _, spindle, passes = SPINDLES["sine"]
     flank, feed = lobex.ProcessDamping(2e4, 0.3), 1e-4
@@ -75,6 +76,7 @@ def test_flanks_and_the_feed_see_the_speed_and_the_time_that_there_is():
     assert np.all(np.abs(motion.displacement[:, :2] - displacement) < 1e-10 * peak)
 
 
+@pytest.mark.slow
 def test_turning_with_a_profile_and_a_flank():
     mode = lobex.Modes.single(frequency=450.0, damping_ratio=0.0316, mass=0.8106)
     flank = lobex.ProcessDamping(1e4)
