@@ -18,6 +18,10 @@ SPEED, GAIN = np.array([60.0, 90.0]), np.array([1e5, 4e5])
 SIX = lobex.Duhamel(nodes=6)
 MODES = lobex.Rod(2).modes()
 RUB = lobex.Rub(MODES)
+BEAM = lobex.Beam.rectangular(
+    elements=1, length=0.2, width=[0.05, 0.04], thickness=0.004, young_modulus=110e9, density=4430.0
+)
+RUBBING = {"sliding": (0.0, 1.0, 0.0), "friction": 0.2}
 MILLING = lobex.Milling(
     modes=lobex.Modes.single(frequency=922.0, damping_ratio=0.011, mass=0.03993),
     teeth=2,
@@ -42,6 +46,8 @@ def charts():
 
 def limits():
     lobex.exact_limit(RUB, SPEED)
+    BEAM.modes(0.01, [1, 2], **RUBBING)
+    lobex.exact_limit(lobex.Rub(BEAM.rotating(0.01, [1, 2, 3], **RUBBING)), SPEED)
     lobex.exact_lobes(RUB, lobes=2)
     lobex.critical_gain(RUB, SPEED, (0.0, 1e6))
     lobex.sensitivities(RUB, SPEED)

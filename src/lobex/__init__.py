@@ -54,9 +54,11 @@ if TYPE_CHECKING:
     from lobex.results.sensitivities import Sensitivities
     from lobex.results.spectrum_map import SpectrumMap, critical_speeds
     from lobex.results.wear_map import WearMap
+    from lobex.structures.beam import Beam
     from lobex.structures.modes import Modes
     from lobex.structures.modes_over_speed import ModesOverSpeed
     from lobex.structures.rod import Rod
+    from lobex.structures.rotating_modes import RotatingModes
     from lobex.studies.charts import sweep
     from lobex.studies.limits import critical_gain
     from lobex.studies.study import Study
@@ -69,6 +71,7 @@ __version__ = "0.1.0"
 _HOME = {
     "Auto": "grids.choice",
     "Band": "results.band",
+    "Beam": "structures.beam",
     "Boundary": "results.boundary",
     "Casing": "contact.casing",
     "CharacteristicRoots": "characteristic.method",
@@ -101,6 +104,7 @@ _HOME = {
     "Receptance": "limits.receptance",
     "Recommendation": "results.recommendation",
     "Rod": "structures.rod",
+    "RotatingModes": "structures.rotating_modes",
     "Rub": "processes.regenerative",
     "Scalar": "processes.canonical",
     "SemiDiscretization": "operators.semi_discretization",
@@ -139,6 +143,7 @@ _HOME = {
 __all__ = [
     "Auto",
     "Band",
+    "Beam",
     "Boundary",
     "Casing",
     "CharacteristicRoots",
@@ -171,6 +176,7 @@ __all__ = [
     "Receptance",
     "Recommendation",
     "Rod",
+    "RotatingModes",
     "Rub",
     "Scalar",
     "SemiDiscretization",

@@ -19,6 +19,7 @@ from lobex.grids.evaluation import dominant_at_points
 from lobex.grids.resolution import oddities
 from lobex.operators.duhamel import Duhamel
 from lobex.operators.operator import Method, check_method
+from lobex.processes.at_speeds import tabled
 from lobex.processes.declared import check_system
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_gain, check_process, check_speed, lanes_shape
@@ -80,7 +81,8 @@ def spectral_radius(
     speed, gain = _checked(process, speed, gain, method)
     if isinstance(method, Auto | Duhamel) and not _checks.is_traced((process, speed, gain)):
         with at_once():
-            return _settled(widened(process), np.asarray(speed, dtype=float), np.asarray(gain, dtype=float), method)
+            model = tabled(widened(process), speed)
+            return _settled(model, np.asarray(speed, dtype=float), np.asarray(gain, dtype=float), method)
     return _spectral_radius(process, speed, gain, _operator(process, speed, gain, method))
 
 

@@ -13,6 +13,7 @@ from lobex._warnings import SweepWarning
 from lobex.grids.choice import AUTO, AnyMethod, check_any_method, chosen_method, tolerance_of
 from lobex.grids.evaluation import dominant_over_grid
 from lobex.grids.resolution import oddities
+from lobex.processes.at_speeds import tabled
 from lobex.processes.declared import check_system
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_gain, check_process, check_speed
@@ -55,10 +56,11 @@ def sweep(
         warn_of_implausible(process, speeds, gains)
     with timed() as spent, at_once():
         process = widened(process)
-        chosen = chosen_method(method, process, float(speeds[0]))
-        for message in oddities(process, chosen, float(speeds[0]), float(gains[-1])):
+        model = tabled(process, speeds)
+        chosen = chosen_method(method, model, float(speeds[0]))
+        for message in oddities(model, chosen, float(speeds[0]), float(gains[-1])):
             warnings.warn(message, SweepWarning, stacklevel=3)
-        found = dominant_over_grid(process, speeds, gains, chosen, progress)
+        found = dominant_over_grid(model, speeds, gains, chosen, progress)
     multiplier, tolerance = found.multiplier, tolerance_of(chosen)
     status = np.where(found.again, PointStatus.SETTLED_AGAIN, PointStatus.GOOD).astype(np.int8)
     status[found.error > tolerance] = PointStatus.ABOVE_TOLERANCE

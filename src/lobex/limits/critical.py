@@ -23,6 +23,7 @@ from lobex.limits.scan import scan_gains
 from lobex.limits.traced import traced_critical_gain
 from lobex.limits.undamped import undefined
 from lobex.operators.operator import Method
+from lobex.processes.at_speeds import tabled
 from lobex.processes.declared import check_system
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_gain, check_process, check_speed
@@ -81,11 +82,12 @@ def critical_gain(
     )
     with timed() as spent, at_once():
         process = widened(process)
-        chosen = chosen_method(method, process, slowest)
-        for message in oddities(process, chosen, slowest, float(gains[-1])):
+        model = tabled(process, speeds)
+        chosen = chosen_method(method, model, slowest)
+        for message in oddities(model, chosen, slowest, float(gains[-1])):
             warnings.warn(message, SweepWarning, stacklevel=3)
-        parts, doubts = _search(process, speeds, gains, chosen, progress)
-        _leave_undefined(process, speeds, parts)
+        parts, doubts = _search(model, speeds, gains, chosen, progress)
+        _leave_undefined(model, speeds, parts)
     if doubts:
         warnings.warn(doubts, SweepWarning, stacklevel=3)
     return _limit(process, speeds, gains, chosen, spent, **parts)

@@ -1,13 +1,14 @@
 """The exact stability limit of a process as a ``Limit``, and its lobes as curves."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from lobex import _checks
 from lobex._float64 import in_float64
+from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray
 from lobex._timing import timed
@@ -26,6 +27,7 @@ from lobex.limits.modal_curve import ModalCurve
 from lobex.limits.receptance import Receptance
 from lobex.limits.sections import Sections
 from lobex.limits.undamped import undefined
+from lobex.processes.at_speeds import at_speed, has_followers
 from lobex.processes.declared import check_system
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_process, check_speed
@@ -64,12 +66,13 @@ def exact_limit(process: Process, speed: Any) -> Limit:
     D-subdivision over all lobes and modes, of ``Rub`` and ``Turning``, with modes or with a measured ``Receptance`` in
     their place, and of any process whose equations say the same: constant coefficients that are proportional to the
     gain, one delay, which is the period and one revolution, and a structure that is stable by itself and follows
-    neither speed nor gain. Hayes' limits for a single state, such as ``Scalar``, whose ``gain`` is the upper one.
-    Several contacts, each in its own track, are as many of one with the eigenvalues of their receptance for a
-    receptance: modes with damping and several directions, or forces −K W [y − y(t − τ)] with any matrix W.
-    Good to 1e-12 relative, and differentiable with respect to speed and every number in the process; of several
-    contacts once, and outside ``jit`` and ``vmap``. ``intervals`` holds the stable interval below the limit; whether
-    the process is stable again above it is not looked at.
+    neither speed nor gain; or whose modes follow the speed (``RotatingModes``, ``ModesOverSpeed``), which are taken at
+    each. Hayes' limits for a single state, such as ``Scalar``, whose ``gain`` is the upper one. Several contacts, each
+    in its own track, are as many of one with the eigenvalues of their receptance for a receptance: modes with damping
+    and several directions, or forces −K W [y − y(t − τ)] with any matrix W. Good to 1e-12 relative, and differentiable
+    with respect to speed and every number in the process; of several contacts once, and outside ``jit`` and ``vmap``.
+    ``intervals`` holds the stable interval below the limit; whether the process is stable again above it is not looked
+    at.
 
     Args:
         process: ``Rub``, ``Turning``, ``Scalar``, or one of your own of that form.
@@ -96,28 +99,23 @@ def exact_limit(process: Process, speed: Any) -> Limit:
     speed = jnp.atleast_1d(jnp.asarray(speed)) if _checks.is_traced(speed) else np.atleast_1d(np.asarray(speed, float))
     if np.ndim(speed) != 1 or np.size(speed) == 0:
         raise ValueError(f"speed has shape {np.shape(speed)}; give one speed or a list of them")
-    found = closed_form(process)
-    if isinstance(found, str):
-        raise ValueError(f"process = {type(process).__name__} has no exact limit, since it {found}; give critical_gain")
     with timed() as spent:
-        if isinstance(found, Rate):
-            gain, frequency, kind, tie, low = _hayes(found, speed)
+        if has_followers(process):
+            each = [_limits_of(at_speed(process, speed[i]), speed[i : i + 1]) for i in range(np.size(speed))]
+            parts = _Limits(*(lib.concatenate(part) for part in zip(*each, strict=True)))
         else:
-            by_lobes = exact_critical(found, speed)
-            gain, frequency, tie = by_lobes.gain, by_lobes.chatter_frequency, by_lobes.tie
-            kind, low = Kind.HOPF, 0.0
-    seen = found.receptance if isinstance(found, Regeneration) else None
-    neutral = undefined(seen, speed) if isinstance(seen, Sections) else lib.zeros(speed.shape, bool)
-    gain, frequency = (lib.where(neutral, lib.nan, part) for part in (gain, frequency))
+            parts = _limits_of(process, speed)
+    gain, frequency, low = (
+        lib.where(parts.neutral, lib.nan, part) for part in (parts.gain, parts.frequency, parts.low)
+    )
     there = lib.isfinite(gain)
-    missing = Status.BEYOND_THE_MEASURED_FREQUENCIES if isinstance(seen, Receptance) else Status.NONE_IN_RANGE
-    status = lib.where(there, lib.where(tie, int(Status.TIE), int(Status.FOUND)), int(missing))
-    status = lib.where(neutral, int(Status.UNDEFINED), status)
+    status = lib.where(there, lib.where(parts.tie, int(Status.TIE), int(Status.FOUND)), parts.missing)
+    status = lib.where(parts.neutral, int(Status.UNDEFINED), status)
     return Limit(
         speed=speed,
         gain=gain,
         chatter_frequency=frequency,
-        kind_code=lib.where(there, int(kind), int(Kind.NONE)).astype("int8"),
+        kind_code=lib.where(there, parts.kind, int(Kind.NONE)).astype("int8"),
         status_code=status.astype("int8"),
         intervals=lib.stack([lib.where(there, low, lib.nan), gain], axis=-1)[:, None],
         error=_RELATIVE_ERROR * lib.abs(gain),
@@ -157,14 +155,35 @@ def exact_lobes(process: Process, lobes: int = 10) -> ExactLobes:
     return ExactLobes(omega, curves.gain, curves.speed, exact_minimum(found, lobes))
 
 
-def _hayes(
-    found: Rate, speed: Float[AnyArray, " speeds"]
-) -> tuple[
-    Float[AnyArray, " speeds"], Float[AnyArray, " speeds"], Kind, Bool[AnyArray, " speeds"], Float[AnyArray, " speeds"]
-]:
-    interval = hayes_interval(found.own, speed)
-    none = interval.upper * 0.0
-    return interval.upper / found.delayed, none, Kind.FOLD, none > 0, interval.lower / found.delayed
+class _Limits(NamedTuple):
+    """Of one structure at speeds, (n,): limits, whether they are undefined, and what to say where there is none."""
+
+    gain: Float[AnyArray, " n"]
+    frequency: Any
+    low: Float[AnyArray, " n"]
+    tie: Bool[AnyArray, " n"]
+    neutral: Bool[AnyArray, " n"]
+    kind: Int[AnyArray, " n"]
+    missing: Int[AnyArray, " n"]
+
+
+def _limits_of(process: Process, speed: Float[AnyArray, " n"]) -> _Limits:
+    lib = namespace(process, speed)
+    found = closed_form(process)
+    if isinstance(found, str):
+        raise ValueError(f"process = {type(process).__name__} has no exact limit, since it {found}; give critical_gain")
+    none, nowhere = lib.zeros(speed.shape), lib.zeros(speed.shape, bool)
+    everywhere = lib.ones(speed.shape, int)
+    if isinstance(found, Rate):
+        interval = hayes_interval(found.own, speed)
+        low, gain = interval.lower / found.delayed, interval.upper / found.delayed
+        return _Limits(gain, none, low, nowhere, nowhere, everywhere * Kind.FOLD, everywhere * Status.NONE_IN_RANGE)
+    by_lobes = exact_critical(found, speed)
+    seen = found.receptance
+    missing = Status.BEYOND_THE_MEASURED_FREQUENCIES if isinstance(seen, Receptance) else Status.NONE_IN_RANGE
+    neutral = undefined(seen, speed) if isinstance(found, Regeneration) and isinstance(seen, Sections) else nowhere
+    parts = by_lobes.gain, by_lobes.chatter_frequency, none, by_lobes.tie, neutral
+    return _Limits(*parts, everywhere * Kind.HOPF, everywhere * missing)
 
 
 @in_float64

@@ -10,8 +10,8 @@ from lobex._shapes import Number
 from lobex.processes.cutter import Cutter
 from lobex.processes.engagement import parts_of
 from lobex.processes.teeth import Parts
-from lobex.structures.modes import Modes
 from lobex.structures.modes_over_speed import ModesOverSpeed
+from lobex.structures.rotating_modes import AnyModes
 from lobex.systems.mesh import places_by_angle, places_that_matter
 from lobex.systems.system import Places
 
@@ -69,6 +69,6 @@ def _straight(cutter: Cutter) -> bool:
     return cutter.helix is None and cutter.discs is None
 
 
-def _some_speed(modes: Modes | ModesOverSpeed) -> Number:
+def _some_speed(modes: AnyModes) -> Number:
     """A speed, Hz, at which there are modes."""
     return modes.speed[0] if isinstance(modes, ModesOverSpeed) else 1.0

@@ -27,8 +27,8 @@ from lobex.processes.speed_variation import SpeedVariation, check_variation
 from lobex.processes.teeth import in_one_piece
 from lobex.processes.teeth_at_work import AtWork, Motion, at_work, working_edges
 from lobex.processes.tooth import standing, teeth_of
-from lobex.structures.modes import Modes, check_modes
-from lobex.structures.modes_over_speed import ModesOverSpeed
+from lobex.structures.modes import check_modes
+from lobex.structures.rotating_modes import AnyModes
 from lobex.systems.coefficients import Following
 from lobex.systems.system import DelaySystem, modal_system
 
@@ -82,7 +82,7 @@ class Milling:
     The gain is the axial depth of cut b, m.
     """
 
-    modes: Modes | ModesOverSpeed
+    modes: AnyModes
     cutter: Cutter
     tangential: Number
     normal: Number
@@ -102,7 +102,7 @@ class Milling:
 
     def __init__(
         self,
-        modes: Modes | ModesOverSpeed,
+        modes: AnyModes,
         cutter: Cutter | int | None = None,
         tangential: Any = None,
         normal: Any = None,

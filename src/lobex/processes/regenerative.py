@@ -13,8 +13,8 @@ from lobex.processes.process import check_point
 from lobex.processes.process_damping import ProcessDamping, check_damping, with_damping
 from lobex.processes.quantity import CONTACT_STIFFNESS, DEPTH_OF_CUT, SPEED_UNITS, Quantity
 from lobex.processes.speed_variation import SpeedVariation, check_variation
-from lobex.structures.modes import Modes, check_modes
-from lobex.structures.modes_over_speed import ModesOverSpeed
+from lobex.structures.modes import check_modes
+from lobex.structures.rotating_modes import AnyModes
 from lobex.systems.coefficients import Constant
 from lobex.systems.system import DelaySystem, modal_system
 from lobex.systems.terms import Regenerative
@@ -29,12 +29,13 @@ class Rub:
     gain is the contact stiffness K_e, N/m.
 
     Attributes:
-        modes: the blade's modes at the contact, ``ModesOverSpeed``, or a measured ``Receptance``.
+        modes: the blade's modes at the contact, those that follow the speed (``RotatingModes``, ``ModesOverSpeed``), or
+            a measured ``Receptance``.
         speed_unit: in which speeds are drawn, "Hz" or "rpm"; or "1" of a model without units, its time and lengths
             being scaled: speed and gain are plain numbers then, and none of them is said to be implausible.
     """
 
-    modes: Modes | ModesOverSpeed
+    modes: AnyModes
     speed_unit: str = "Hz"
 
     gain: ClassVar[Quantity] = CONTACT_STIFFNESS
@@ -69,7 +70,7 @@ class Turning:
     The gain is the depth of cut b, m.
     """
 
-    modes: Modes | ModesOverSpeed
+    modes: AnyModes
     radial: Any = None
     speed_unit: str = "rpm"
     diameter: Number | None = None
@@ -115,7 +116,7 @@ class Turning:
         return with_damping(system, (rubbing if varied is None else varied.per_pace(rubbing),))
 
 
-def _regenerative_system(modes: Modes | ModesOverSpeed, speed: Number, stiffness: Number) -> DelaySystem:
+def _regenerative_system(modes: AnyModes, speed: Number, stiffness: Number) -> DelaySystem:
     check_modes(modes, over_speed=True)
     lib = namespace(stiffness)
     unit = lib.eye(modes.directions, dtype=lib.result_type(float))

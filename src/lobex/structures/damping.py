@@ -8,6 +8,7 @@ from jaxtyping import Array, Float
 
 from lobex import _checks
 from lobex._float64 import in_float64
+from lobex._namespace import namespace
 from lobex._shapes import AnyArray
 from lobex._warnings import warn
 from lobex.structures.complex_modes import Quadrature, of_damping
@@ -17,6 +18,18 @@ from lobex.structures.matrices import check_symmetric, diagonal, is_sparse
 _LOST = 1e-3
 # Of the largest damping force: a mode that has none, to rounding.
 _NONE = 1e-12
+
+
+@in_float64
+def modal_damping(damping_ratio: Any, count: int) -> Float[AnyArray, " n"]:
+    """Damping ratios of ``count`` modes, shape (count,), from one number or one per mode."""
+    _checks.not_negative("damping_ratio", damping_ratio)
+    if np.shape(damping_ratio) not in ((), (count,)):
+        raise ValueError(
+            f"damping_ratio has shape {np.shape(damping_ratio)}; give one number or one per mode, ({count},)"
+        )
+    lib = namespace(damping_ratio)
+    return lib.broadcast_to(lib.asarray(damping_ratio, dtype=lib.result_type(float)), (count,))
 
 
 def proportional_damping(

@@ -8,18 +8,15 @@ import numpy as np
 from jaxtyping import Float, Real
 
 from lobex import _checks
-from lobex._float64 import in_float64
-from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray, ArrayLike, Number
 from lobex.structures.complex_modes import of_residues
-from lobex.structures.damping import coupled_modes, proportional_damping
+from lobex.structures.contact_shapes import SHAPES, in_contact, seen_at, together
+from lobex.structures.contact_vectors import contact_vectors
+from lobex.structures.damping import coupled_modes, modal_damping, proportional_damping
 from lobex.structures.eigenproblem import keep_modes, vibration_modes
 from lobex.structures.matrices import is_sparse, whole
 from lobex.structures.modal_table import table_of
-
-SHAPES = ("shape", "force_shape", "quadrature", "force_quadrature")
-"""Of modes at the contact: what it sees of them and how it loads them, in phase and in quadrature."""
 
 
 @pytree()
@@ -188,7 +185,7 @@ class Modes:
             raise ValueError(
                 f"tool has {tool.directions} contact directions and workpiece {workpiece.directions}; give as many"
             )
-        return cls(*_together([(tool, 1.0), (workpiece, -1.0)]))
+        return cls(*together([(tool, 1.0), (workpiece, -1.0)]))
 
     @classmethod
     def from_matrices(
@@ -244,7 +241,7 @@ class Modes:
             if np.shape(force) != np.shape(contact):
                 raise ValueError(f"force has shape {np.shape(force)}; give that of contact, {np.shape(contact)}")
         angular_frequency, vectors = vibration_modes(mass, stiffness, keep, condense)
-        shape, loading = _seen_at(vectors, contact), None if force is None else _seen_at(vectors, force)
+        shape, loading = seen_at(vectors, contact), None if force is None else seen_at(vectors, force)
         if not matrix:
             ratio = modal_damping(damping_ratio, np.shape(vectors)[1])
             return cls(angular_frequency, ratio, shape, loading)
@@ -253,6 +250,23 @@ class Modes:
         if ratio is None:
             return cls(*coupled_modes(*model, shape, shape if loading is None else loading))
         return cls(angular_frequency, ratio, shape, loading)
+
+    def in_contact(self, normal: Any, sliding: Any = None, friction: Number = 0.0) -> "Modes":
+        """The modes as one contact sees and loads them that is pressed in along a normal and rubs along its surface.
+
+        Pressed in by h, it holds against the structure with −K h (n + μ t), so that it sees the receptance
+        G = nᵀ R (n + μ t) of a structure with the receptance matrix R.
+
+        Args:
+            normal: n, into what is rubbed, one number per contact direction, of any length.
+            sliding: t, in which the structure slides along that, as many; None without friction.
+            friction: coefficient μ of Coulomb's friction, 0 or more: sliding the other way turns t.
+
+        Raises:
+            ValueError: for vectors of no length or another shape, a sliding that is not at right angles to the normal,
+                and a coefficient below zero or without a sliding.
+        """
+        return Modes(*in_contact(self, *contact_vectors(normal, sliding, friction, self.directions)))
 
     def select(self, keep: Sequence[int]) -> "Modes":
         """The modes of the given numbers, counted from 1."""
@@ -278,16 +292,12 @@ def check_modes(modes: Any, measured: bool = False, over_speed: bool = False, in
     raise ValueError(f"modes = {_checks.brief(modes)}: {hint}")
 
 
-@in_float64
-def modal_damping(damping_ratio: Any, count: int) -> Float[AnyArray, " n"]:
-    """Damping ratios of ``count`` modes, shape (count,), from one number or one per mode."""
-    _checks.not_negative("damping_ratio", damping_ratio)
-    if np.shape(damping_ratio) not in ((), (count,)):
-        raise ValueError(
-            f"damping_ratio has shape {np.shape(damping_ratio)}; give one number or one per mode, ({count},)"
-        )
-    lib = namespace(damping_ratio)
-    return lib.broadcast_to(lib.asarray(damping_ratio, dtype=lib.result_type(float)), (count,))
+def unchecked(**fields: Any) -> Modes:
+    """``Modes`` without the checks of the constructor, which would refuse what is no number."""
+    made = object.__new__(Modes)
+    for name in ("angular_frequency", "damping_ratio", *SHAPES):
+        object.__setattr__(made, name, fields.get(name))
+    return made
 
 
 def _beside(parts: dict[str, Modes]) -> tuple[Any, ...]:
@@ -297,35 +307,4 @@ def _beside(parts: dict[str, Modes]) -> tuple[Any, ...]:
             has = f"has {modes.directions} contact directions" if isinstance(modes, Modes) else "is none"
             raise ValueError(f"{name} {has}; give modes with one")
     axes = np.eye(len(parts))[:, None]
-    return _together(list(zip(parts.values(), axes, strict=True)))
-
-
-@in_float64
-def _together(parts: Sequence[tuple[Modes, Any]]) -> tuple[Any, ...]:
-    """Fields of all modes, their shapes times what goes with each part: (n, 1) times a direction, or a sign."""
-    lib = namespace(parts)
-    fields = [lib.concatenate([getattr(m, name) for m, _ in parts]) for name in ("angular_frequency", "damping_ratio")]
-    for name in SHAPES:
-        sides = shapes_of([modes for modes, _ in parts], name)
-        scaled = None if sides is None else [side * by for side, (_, by) in zip(sides, parts, strict=True)]
-        fields.append(None if scaled is None else lib.concatenate(scaled))
-    return tuple(fields)
-
-
-def shapes_of(modes: Sequence[Modes], name: str) -> list[Any] | None:
-    """What each of several modes has of one of ``SHAPES``, zeros where it has none; None where none of them has."""
-    if all(getattr(one, name) is None for one in modes):
-        return None
-    lib = namespace(modes)
-    sides = [one.loading if name == "force_shape" else getattr(one, name) for one in modes]
-    return [
-        lib.zeros(np.shape(one.shape)) if side is None else lib.asarray(side)
-        for side, one in zip(sides, modes, strict=True)
-    ]
-
-
-@in_float64
-def _seen_at(vectors: Any, contact: Any) -> Float[AnyArray, "n r"]:
-    lib = namespace(vectors, contact)
-    directions = lib.asarray(contact, dtype=lib.result_type(float))
-    return lib.asarray(vectors).T @ directions.reshape(directions.shape[0], -1)
+    return together(list(zip(parts.values(), axes, strict=True)))

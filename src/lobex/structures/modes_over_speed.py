@@ -12,7 +12,8 @@ from lobex._float64 import in_float64
 from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray, ArrayLike, Number
-from lobex.structures.modes import SHAPES, Modes, shapes_of
+from lobex.structures.contact_shapes import SHAPES, shapes_of
+from lobex.structures.modes import Modes, unchecked
 
 
 @pytree()
@@ -102,11 +103,7 @@ class ModesOverSpeed:
 
         fields = ("angular_frequency", "damping_ratio", *SHAPES)
         known = {name: getattr(self, name) for name in fields}
-        # Without the checks of the constructor, which would refuse what is no number.
-        made = object.__new__(Modes)
-        for name, part in known.items():
-            object.__setattr__(made, name, None if part is None else between(part))
-        return made
+        return unchecked(**{name: None if part is None else between(part) for name, part in known.items()})
 
 
 @in_float64

@@ -11,8 +11,9 @@ from lobex._float64 import in_float64
 from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray, Number
+from lobex.structures.damping import modal_damping
 from lobex.structures.eigenproblem import vibration_modes
-from lobex.structures.modes import Modes, modal_damping
+from lobex.structures.modes import Modes
 
 # Its matrices are dense.
 _MOST_ELEMENTS = 200
