@@ -168,27 +168,28 @@ def blade_process(content: Case, case: Case) -> Any:
             (2 * order + 1) * pi / (2 * beam["L"]) * sqrt(beam["E"] / beam["rho"]),
         ]
     )
-    if case["case"] == "centrifugal":
-        omega = np.sqrt(omega**2 + np.asarray(case["B"]) * (2 * pi * case["speed_Hz"]) ** 2)
     across = np.concatenate([2 / sqrt(mass) * (-1.0) ** np.arange(bending), np.zeros(axial)])
     along = np.concatenate([np.zeros(bending), sqrt(2 / mass) * (-1.0) ** order])
-    shape = np.cos(angle) * along + np.sin(angle) * across
-    loading = shape + friction * (-np.sin(angle) * along + np.cos(angle) * across)
-    ratio = np.full(len(omega), beam["xi"])
+    tip = lobex.Modes(omega, np.full(len(omega), beam["xi"]), np.stack([along, across], axis=1))
+    # A negative coefficient is that of a tip that slides the other way.
+    normal, along_it = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
+    modes = tip.in_contact(normal, -along_it if friction < 0 else along_it, abs(friction))
     if case["case"] == "casing-ring":
-        return in_ring_casing(omega, ratio, shape, loading, casing, case)
+        return in_ring_casing(modes, casing, case)
     if case["case"] == "casing-local":
-        omega = np.append(omega, 2 * pi * casing["frequency_Hz"])
-        ratio = np.append(ratio, casing["xi"])
-        shape, loading = (np.append(side, -1 / sqrt(casing["m"])) for side in (shape, loading))
-    return lobex.Rub(lobex.Modes(omega, ratio, shape[:, None], loading[:, None]))
+        local = lobex.Modes.single(frequency=casing["frequency_Hz"], damping_ratio=casing["xi"], mass=casing["m"])
+        modes = lobex.Modes.relative(tool=modes, workpiece=local)
+    if case["case"] == "centrifugal":
+        by_speed = np.diag(case["B"])
+        shapes = modes.shape, modes.loading, range(1, modes.count + 1)
+        return lobex.Rub(lobex.RotatingModes(modes.angular_frequency, by_speed, None, modes.damping_ratio, *shapes))
+    return lobex.Rub(modes)
 
 
-def in_ring_casing(
-    omega: np.ndarray, ratio: np.ndarray, shape: np.ndarray, loading: np.ndarray, casing: Case, case: Case
-) -> Any:
+def in_ring_casing(modes: lobex.Modes, casing: Case, case: Case) -> Any:
     """Seen from the contact, which turns past the casing: p_c + i p_s = (c + i s) e^{i nd theta}."""
-    n, own = len(omega), 2 * pi * casing["frequency_Hz"]
+    omega, ratio = modes.angular_frequency, modes.damping_ratio
+    n, own = modes.count, 2 * pi * casing["frequency_Hz"]
     turning = 2 * pi * case["speed_Hz"] * case.get("nodal_diameters", casing["nd"])
     turn = turning * np.array([[0.0, -1.0], [1.0, 0.0]])
     damping = 2 * np.diag(np.append(ratio * omega, [casing["xi"] * own] * 2))
@@ -196,7 +197,10 @@ def in_ring_casing(
     stiffness = np.diag(np.append(omega**2, [own**2 - turning**2] * 2))
     stiffness[n:, n:] += 2 * casing["xi"] * own * turn
     return contact_process(
-        damping, stiffness, np.append(loading, [-1 / casing["m"], 0])[:, None], np.append(shape, [-1.0, 0])[None]
+        damping,
+        stiffness,
+        np.append(modes.loading, [-1 / casing["m"], 0])[:, None],
+        np.append(modes.shape, [-1.0, 0])[None],
     )
 
 

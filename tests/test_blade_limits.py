@@ -11,6 +11,7 @@ from test_rotating_beam import CONTACT, blade
 TURNING = blade(1).rotating(0.01, [1, 2, 3], **CONTACT)
 RUB = lobex.Rub(TURNING)
 SPEEDS = np.array([70.0, 95.0, 140.0])
+RADIAL, TANGENT = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 
 
 def test_the_exact_limit_is_that_of_the_modes_at_each_speed():
@@ -51,3 +52,35 @@ def test_tables_of_few_sizes_hold_the_modes_at_every_speed():
     steady = lobex.Rub(TURNING.at(95.0))
     assert tabled(steady, SPEEDS) is not None
     assert tabled(steady, SPEEDS).modes.angular_frequency is steady.modes.angular_frequency
+
+
+# A titanium blade of four bending modes and one of stretch, its contact inclined: of speed, inclination in degrees and
+# friction the limit, by D-subdivision and by Newton on the characteristic equation with closed forms of the modes.
+INCLINED = [
+    (60.0, 30.0, 0.0, 6719.30290802),
+    (90.0, 30.0, 0.2, 1124.69200955),
+    (125.0, 30.0, -0.2, 1704.4548753),
+    (60.0, 8.0, -0.2, 30100.680902),
+    (90.0, 8.0, -0.2, 473393.3639),
+]
+
+
+def test_a_blade_of_elements_meets_two_codes_with_friction():
+    # The chord along the axis of the rotor, so that flap is along the motion: of modes by frequency the four that flap,
+    # and the first that stretches.
+    beam = lobex.Beam.rectangular(
+        elements=24, length=0.2, width=0.05, thickness=0.004, young_modulus=110e9, density=4430.0
+    )
+    flap, stretch = (np.abs(beam.modes(0.01, range(1, 25), normal=way).shape[:, 0]) > 0.1 for way in (TANGENT, RADIAL))
+    keep = np.sort(np.append(np.flatnonzero(flap)[:4], np.flatnonzero(stretch)[0])) + 1
+    for speed, degrees, friction, expected in INCLINED:
+        sine, cosine = np.sin(np.deg2rad(degrees)), np.cos(np.deg2rad(degrees))
+        way = -1.0 if friction < 0 else 1.0
+        modes = beam.modes(
+            0.01,
+            keep.tolist(),
+            normal=(cosine, sine, 0.0),
+            sliding=(-way * sine, way * cosine, 0.0),
+            friction=abs(friction),
+        )
+        assert lobex.exact_limit(lobex.Rub(modes), speed).gain[0] == pytest.approx(expected, rel=1e-5)
