@@ -22,6 +22,11 @@ def rotating(**changes):
     return lobex.RotatingModes(**({"spin_stiffness": np.eye(2), "gyroscopic": None} | SOFT | changes))
 
 
+def of_matrices(**changes):
+    given = {"mass": np.eye(2), "stiffness": 1e4 * np.diag([1.0, 2.0]), "contact": [1.0, 0.0], "damping_ratio": 0.01}
+    return lobex.Modes.from_matrices(**(given | {"spin_stiffness": np.eye(2)} | changes))
+
+
 @pytest.mark.parametrize(
     ("call", "words"),
     [
@@ -59,6 +64,13 @@ def rotating(**changes):
         (lambda: BLADE.rotating(0.01, [1, 2], basis=1), "basis = 1 must be a whole number of at least 2"),
         (lambda: TWO.in_contact([1.0]), "normal has shape (1,); give one number per direction, (2,)"),
         (lambda: TWO.in_contact([0.0, 1.0], friction=0.1), "friction = 0.1 has no direction"),
+        (lambda: of_matrices(damping_ratio=None, damping=np.eye(2)), "damping is a matrix, which modes that follow"),
+        (lambda: of_matrices(spin_stiffness=np.eye(3)), "spin_stiffness has shape (3, 3) and mass (2, 2)"),
+        (lambda: of_matrices(spin_stiffness=[[1.0, 1.0], [0.0, 1.0]]), "spin_stiffness is not symmetric, by up to 1"),
+        (lambda: of_matrices(gyroscopic=np.eye(3)), "gyroscopic has shape (3, 3) and mass (2, 2)"),
+        (lambda: of_matrices(gyroscopic=np.eye(2)), "gyroscopic is not skew"),
+        (lambda: of_matrices(mass=np.diag([1.0, -1.0])), "mass is singular or indefinite"),
+        (lambda: of_matrices(contact=[1.0]), "contact has shape (1,); give (2,) or (2, directions)"),
         (lambda: rotating(spin_stiffness=np.eye(3)), "spin_stiffness has shape (3, 3); give that of 2 modes, (2, 2)"),
         (lambda: rotating(spin_stiffness=[[1.0, 0.5], [0.0, 1.0]]), "spin_stiffness is not symmetric"),
         (lambda: rotating(gyroscopic=np.eye(2)), "gyroscopic is not skew"),

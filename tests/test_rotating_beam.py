@@ -4,6 +4,7 @@ import jax
 import numpy as np
 import pytest
 import scipy.linalg
+import scipy.sparse
 
 import lobex
 from beam_collocation import frequencies
@@ -124,10 +125,31 @@ def test_modes_at_a_speed_have_the_receptance_of_the_turning_matrices():
     rest = beam.rotating([0.01, 0.02], [1, 3], **CONTACT).at(1e-9)
     expected = beam.modes([0.01, 0.02], [1, 3], **CONTACT)
     assert receptance(rest, 900.0) == pytest.approx(receptance(expected, 900.0), rel=1e-8)
-    real = lobex.RotatingModes.from_matrices(*m[:3], None, seen, 0.0, range(1, 17), force=loading).at(120.0)
+    given = {"spin_stiffness": m.spin_stiffness, "force": loading}
+    real = lobex.Modes.from_matrices(*m[:2], seen, 0.0, range(1, 17), **given).at(120.0)
     assert not real.complex
     direct = seen.T @ np.linalg.solve(m.stiffness + spin**2 * m.spin_stiffness - 900.0**2 * m.mass, loading)
     assert receptance(real, 900.0) == pytest.approx(direct[0, 0], rel=1e-8)
+
+
+def test_matrices_of_any_model_turn_dense_or_sparse():
+    beam = blade(2)
+    m, (seen, loading) = beam.matrices(), beam.contact(**CONTACT)
+    turning = {"spin_stiffness": m.spin_stiffness, "gyroscopic": m.gyroscopic, "force": loading}
+    expected = beam.rotating(0.01, [1, 2], **CONTACT)
+    dense = lobex.Modes.from_matrices(*m[:2], seen, 0.01, [1, 2], **turning)
+    sparse = {name: scipy.sparse.csr_array(part) for name, part in m._asdict().items()}
+    lower = {name: scipy.sparse.tril(sparse[name]) for name in ("mass", "stiffness", "spin_stiffness")}
+    half = lobex.Modes.from_matrices(
+        **lower, gyroscopic=sparse["gyroscopic"], contact=seen, force=loading, damping_ratio=0.01, keep=[1, 2],
+        triangle="lower",
+    )  # fmt: skip
+    for modes in (dense, half):
+        assert isinstance(modes, lobex.RotatingModes)
+        assert receptance(modes.at(120.0), 900.0) == pytest.approx(receptance(expected.at(120.0), 900.0), rel=1e-9)
+    whirling = lobex.Modes.from_matrices(*m[:2], seen, 0.01, gyroscopic=m.gyroscopic)
+    assert np.all(whirling.spin_stiffness == 0)
+    assert whirling.divergence_speed == np.inf
 
 
 def test_few_modes_at_rest_are_enough_for_a_speed():

@@ -55,8 +55,10 @@ if TYPE_CHECKING:
     from lobex.results.spectrum_map import SpectrumMap, critical_speeds
     from lobex.results.wear_map import WearMap
     from lobex.structures.beam import Beam
+    from lobex.structures.matrix_market import read_matrix_market
     from lobex.structures.modes import Modes
     from lobex.structures.modes_over_speed import ModesOverSpeed
+    from lobex.structures.nastran_dmig import read_dmig
     from lobex.structures.rod import Rod
     from lobex.structures.rotating_modes import RotatingModes
     from lobex.studies.charts import sweep
@@ -131,6 +133,8 @@ _HOME = {
     "multipliers": "verbs",
     "next_speed": "advice.next_try",
     "orbit": "motions.forced_motion",
+    "read_dmig": "structures.nastran_dmig",
+    "read_matrix_market": "structures.matrix_market",
     "read_tool": "processes.tool_file",
     "orbits": "motions.over_grid",
     "recommend": "advice.best_cuts",
@@ -205,6 +209,8 @@ __all__ = [
     "next_speed",
     "orbit",
     "orbits",
+    "read_dmig",
+    "read_matrix_market",
     "read_tool",
     "recommend",
     "sensitivities",

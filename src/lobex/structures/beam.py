@@ -244,9 +244,18 @@ class Beam:
         Raises:
             ValueError: as ``Beam.modes``.
         """
+        mass, stiffness, spin_stiffness, gyroscopic = self.matrices()
         seen, force = self.contact(**contact)
         return RotatingModes.from_matrices(
-            *self.matrices(), seen, damping_ratio, self._kept(keep), force=force, basis=basis
+            mass,
+            stiffness,
+            seen,
+            damping_ratio,
+            self._kept(keep),
+            spin_stiffness=spin_stiffness,
+            gyroscopic=gyroscopic,
+            force=force,
+            basis=basis,
         )
 
     @property

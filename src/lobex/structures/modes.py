@@ -1,7 +1,7 @@
 """The modes of a structure, as its contact point sees them."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any, overload
 
 import jax
 import numpy as np
@@ -11,12 +11,14 @@ from lobex import _checks
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray, ArrayLike, Number
 from lobex.structures.complex_modes import of_residues
-from lobex.structures.contact_shapes import SHAPES, in_contact, seen_at, together
+from lobex.structures.contact_shapes import SHAPES, in_contact, together
 from lobex.structures.contact_vectors import contact_vectors
-from lobex.structures.damping import coupled_modes, modal_damping, proportional_damping
-from lobex.structures.eigenproblem import keep_modes, vibration_modes
-from lobex.structures.matrices import is_sparse, whole
+from lobex.structures.eigenproblem import keep_modes
+from lobex.structures.matrix_modes import modes_of_matrices
 from lobex.structures.modal_table import table_of
+
+if TYPE_CHECKING:
+    from lobex.structures.rotating_modes import RotatingModes
 
 
 @pytree()
@@ -187,6 +189,7 @@ class Modes:
             )
         return cls(*together([(tool, 1.0), (workpiece, -1.0)]))
 
+    @overload
     @classmethod
     def from_matrices(
         cls,
@@ -200,7 +203,44 @@ class Modes:
         force: Any = None,
         triangle: str | None = None,
         condense: bool = False,
-    ) -> "Modes":
+        spin_stiffness: None = None,
+        gyroscopic: None = None,
+    ) -> "Modes": ...
+
+    @overload
+    @classmethod
+    def from_matrices(
+        cls,
+        mass: Any,
+        stiffness: Any,
+        contact: Any,
+        damping_ratio: Any = None,
+        keep: Sequence[int] | None = None,
+        *,
+        damping: Any = None,
+        force: Any = None,
+        triangle: str | None = None,
+        condense: bool = False,
+        spin_stiffness: Any,
+        gyroscopic: Any = None,
+    ) -> "RotatingModes": ...
+
+    @classmethod
+    def from_matrices(
+        cls,
+        mass: Any,
+        stiffness: Any,
+        contact: Any,
+        damping_ratio: Any = None,
+        keep: Sequence[int] | None = None,
+        *,
+        damping: Any = None,
+        force: Any = None,
+        triangle: str | None = None,
+        condense: bool = False,
+        spin_stiffness: Any = None,
+        gyroscopic: Any = None,
+    ) -> "Modes | RotatingModes":
         """Modes of any finite-element model K v = ω² M v.
 
         Degrees of freedom that a large number on the diagonal of K holds, such as the 1e36 of Abaqus, are fixed.
@@ -220,6 +260,8 @@ class Modes:
             triangle: "lower" or "upper" for matrices of which that triangle alone is stored.
             condense: take degrees of freedom without mass, such as rotations of a lumped model, by static (Guyan)
                 condensation, which is exact for them.
+            spin_stiffness, gyroscopic: of a structure that turns, K_s and C_g of ``RotatingModes.from_matrices``, which
+                is asked then: modes that follow the speed.
 
         Raises:
             ValueError: naming the matrix that has a wrong shape, is not symmetric, or is singular, and for damping that
@@ -228,28 +270,15 @@ class Modes:
         Warns:
             LobexWarning: where damping couples the modes kept to others, of what force is lost.
         """
-        if (damping_ratio is None) == (damping is None):
-            raise ValueError("give either damping_ratio or damping, a matrix")
-        given = {"mass": mass, "stiffness": stiffness} | ({} if damping is None else {"damping": damping})
-        mass, stiffness, *matrix = (whole(name, value, triangle) for name, value in given.items())
-        dof = (mass.shape if is_sparse(mass) else np.shape(mass))[0]
-        _checks.as_numbers("contact", contact)
-        if len(np.shape(contact)) not in (1, 2) or np.shape(contact)[0] != dof:
-            raise ValueError(f"contact has shape {np.shape(contact)}; give ({dof},) or ({dof}, directions)")
-        if force is not None:
-            _checks.as_numbers("force", force)
-            if np.shape(force) != np.shape(contact):
-                raise ValueError(f"force has shape {np.shape(force)}; give that of contact, {np.shape(contact)}")
-        angular_frequency, vectors = vibration_modes(mass, stiffness, keep, condense)
-        shape, loading = seen_at(vectors, contact), None if force is None else seen_at(vectors, force)
-        if not matrix:
-            ratio = modal_damping(damping_ratio, np.shape(vectors)[1])
-            return cls(angular_frequency, ratio, shape, loading)
-        model = matrix[0], mass, stiffness, angular_frequency, vectors
-        ratio = proportional_damping(*model)
-        if ratio is None:
-            return cls(*coupled_modes(*model, shape, shape if loading is None else loading))
-        return cls(angular_frequency, ratio, shape, loading)
+        given: dict[str, Any] = {"damping": damping, "force": force, "triangle": triangle, "condense": condense}
+        if spin_stiffness is None and gyroscopic is None:
+            return cls(*modes_of_matrices(mass, stiffness, contact, damping_ratio, keep, **given))
+        if given.pop("damping") is not None:
+            raise ValueError("damping is a matrix, which modes that follow the speed do not take; give damping_ratio")
+        from lobex.structures.rotating_modes import RotatingModes
+
+        parts = {"spin_stiffness": spin_stiffness, "gyroscopic": gyroscopic}
+        return RotatingModes.from_matrices(mass, stiffness, contact, damping_ratio, keep, **parts, **given)
 
     def in_contact(self, normal: Any, sliding: Any = None, friction: Number = 0.0) -> "Modes":
         """The modes as one contact sees and loads them that is pressed in along a normal and rubs along its surface.

@@ -14,7 +14,8 @@ from lobex._shapes import AnyArray, Number
 from lobex.structures.contact_shapes import seen_at
 from lobex.structures.damping import modal_damping
 from lobex.structures.eigenproblem import keep_modes, vibration_modes
-from lobex.structures.matrices import is_sparse
+from lobex.structures.matrices import check_symmetric, is_sparse, whole
+from lobex.structures.matrix_modes import check_contact
 from lobex.structures.modes import Modes, unchecked
 from lobex.structures.modes_over_speed import ModesOverSpeed
 
@@ -75,24 +76,26 @@ class RotatingModes:
         cls,
         mass: Any,
         stiffness: Any,
-        spin_stiffness: Any,
-        gyroscopic: Any,
         contact: Any,
         damping_ratio: Any,
         keep: Sequence[int] | None = None,
         *,
+        spin_stiffness: Any = None,
+        gyroscopic: Any = None,
         force: Any = None,
+        triangle: str | None = None,
+        condense: bool = False,
         basis: int | None = None,
     ) -> "RotatingModes":
         """Modes over speed of M q̈ + Ω C_g q̇ + (K + Ω² K_s) q, with Ω in rad/s.
 
         Args:
-            mass, stiffness: as of ``Modes.from_matrices``.
-            spin_stiffness: K_s, symmetric, (dof, dof), dense or scipy sparse, kg.
-            gyroscopic: C_g, skew, as many, kg; None for none.
-            contact, force: (dof,) or (dof, r), as of ``Modes.from_matrices``.
+            mass, stiffness, contact, force, triangle, condense: as of ``Modes.from_matrices``; all of a skew matrix is
+                given with a ``triangle`` of the others, too.
             damping_ratio: ξ, one number or one per mode kept.
             keep: mode numbers to keep, from 1 in order of frequency at each speed; all of the basis by default.
+            spin_stiffness: K_s, symmetric, (dof, dof), dense or scipy sparse, kg; None for none.
+            gyroscopic: C_g, skew, as many, kg; None for none.
             basis: of how many modes at rest those at a speed are made (Rayleigh and Ritz), p; by default 100 or, if
                 more, twice the last one kept, and all of a model that has no more.
 
@@ -100,14 +103,20 @@ class RotatingModes:
             ValueError: as ``Modes.from_matrices``, for matrices of another shape, K_s that is not symmetric, C_g that
                 is not skew, and a basis of fewer modes than are kept.
         """
-        dof = (mass.shape if is_sparse(mass) else np.shape(mass))[0]
+        given = {"mass": mass, "stiffness": stiffness}
+        mass, stiffness = (whole(name, value, triangle) for name, value in given.items())
+        check_contact(mass, contact, force)
+        dof = np.shape(contact)[0]
         last = 1 if keep is None else int(max(keep_modes(keep, dof))) + 1
         size = min(dof, max(_BASIS, 2 * last)) if basis is None else _checks.integer("basis", basis, last, dof)
-        omega, vectors = vibration_modes(mass, stiffness, range(1, size + 1))
+        omega, vectors = vibration_modes(mass, stiffness, range(1, size + 1), condense)
+        spin = None if spin_stiffness is None else whole("spin_stiffness", spin_stiffness, triangle)
+        if spin is not None:
+            check_symmetric("spin_stiffness", spin)
         numbers = range(1, np.shape(vectors)[1] + 1) if keep is None else keep
         return cls(
             omega,
-            _in_modes("spin_stiffness", spin_stiffness, vectors),
+            np.zeros((len(vectors[0]),) * 2) if spin is None else _in_modes("spin_stiffness", spin, vectors),
             None if gyroscopic is None else _in_modes("gyroscopic", gyroscopic, vectors),
             modal_damping(damping_ratio, len(numbers)),
             seen_at(vectors, contact),
