@@ -52,6 +52,14 @@ def lane_of(motion, lane):
 # What a page says of its numbers.
 CLAIMS = {
     "own_matrices.md": lambda n: np.median(n["limit"].gain / n["every"].gain) < 1,
+    "blades.md": lambda n: (
+        np.all(np.diff(n["campbell"], axis=0) > 0)
+        and np.all(np.abs(n["limit"].gain / n["smooth"].gain - 1) > 0.05)
+        and n["turning"].divergence_speed > 1e3
+        and n["limit"].gain
+        == pytest.approx([lobex.exact_limit(lobex.Rub(n["turning"].at(s)), s).gain[0] for s in n["speed"]], rel=1e-12)
+        and n["same"].modes.count == 6
+    ),
     "tap_test.md": lambda n: (
         n["mill"].modes.count == 4 and n["spindle"].at(100.0).frequency == pytest.approx([(820 + 790) / 2])
     ),

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from lobex.operators.duhamel import Duhamel
     from lobex.operators.semi_discretization import SemiDiscretization
     from lobex.plots.campbell import campbell
+    from lobex.processes.blade_file import read_blade
     from lobex.processes.canonical import DelayedMathieu, Scalar
     from lobex.processes.cutter import Cutter
     from lobex.processes.cutting_force import CuttingForce
@@ -133,6 +134,7 @@ _HOME = {
     "multipliers": "verbs",
     "next_speed": "advice.next_try",
     "orbit": "motions.forced_motion",
+    "read_blade": "processes.blade_file",
     "read_dmig": "structures.nastran_dmig",
     "read_matrix_market": "structures.matrix_market",
     "read_tool": "processes.tool_file",
@@ -209,6 +211,7 @@ __all__ = [
     "next_speed",
     "orbit",
     "orbits",
+    "read_blade",
     "read_dmig",
     "read_matrix_market",
     "read_tool",

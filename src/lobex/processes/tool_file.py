@@ -2,16 +2,15 @@
 
 import inspect
 import os
-import tomllib
 from collections.abc import Callable
 from typing import Any
 
 from lobex import _checks
-from lobex._lengths import metres
 from lobex.processes.cutter import Cutter
 from lobex.processes.cutting_force import CuttingForce
 from lobex.processes.process_damping import ProcessDamping
 from lobex.processes.speed_variation import SpeedVariation
+from lobex.processes.tables_of_file import known, made, read_tables
 from lobex.structures.modes import Modes
 
 _LENGTHS = ("diameter", "corner_radius", "runout", "chip", "offset")
@@ -41,13 +40,6 @@ def read_tool(path: str | os.PathLike[str]) -> dict[str, Any]:
         ValueError: for a file that cannot be read or is no TOML, tables and keys that are none of these, and values
             that the classes refuse; the message names the table.
     """
-    place = _checks.place("path", path)
-    try:
-        content = tomllib.loads(place.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ValueError(f"path = {str(path)!r} cannot be read ({error.strerror}); give a TOML file") from None
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"path = {str(path)!r} is no TOML ({error}); see lobex.read_tool") from None
     makers: dict[str, Callable[[Any], Any]] = {
         "cutter": _cutter,
         "modes": _modes,
@@ -55,19 +47,7 @@ def read_tool(path: str | os.PathLike[str]) -> dict[str, Any]:
         "process_damping": lambda table: _made(ProcessDamping, table),
         "speed_variation": lambda table: _made(SpeedVariation, table),
     }
-    _known("it", content, makers)
-    missing = [name for name in ("modes", "force") if name not in content]
-    if missing:
-        raise ValueError(f"path = {str(path)!r} has no [{missing[0]}]; see lobex.read_tool")
-    found = {}
-    for name, table in content.items():
-        try:
-            if not isinstance(table, list if name == "modes" else dict):
-                raise ValueError(f"it is no table; write {'[[modes]]' if name == 'modes' else f'[{name}]'}")
-            found[name] = makers[name](table)
-        except ValueError as error:
-            raise ValueError(f"path = {str(path)!r}, [{name}]: {error}") from None
-    return found
+    return read_tables(path, makers, ("modes", "force"), "lobex.read_tool", listed=("modes",))
 
 
 def _cutter(table: dict[str, Any]) -> Cutter:
@@ -90,7 +70,7 @@ def _modes(rows: list[dict[str, Any]]) -> Modes:
     if not rows or not all(isinstance(row, dict) for row in rows):
         raise ValueError("it is no list of tables; write [[modes]] above each mode")
     for number, row in enumerate(rows):
-        _known(f"mode {number + 1}", row, _MODE)
+        known(f"mode {number + 1}", row, _MODE)
         _checks.choice("of", row.get("of", "tool"), _ENDS)
         _checks.choice("axis", row.get("axis"), _AXES)
     count = 1 + max(_AXES.index(row["axis"]) for row in rows)
@@ -111,20 +91,4 @@ def _of_table(rows: list[dict[str, Any]], count: int) -> Any:
 
 
 def _made(make: Callable[..., Any], table: dict[str, Any], takes: Any = None) -> Any:
-    """What a table says by name."""
-    _known("it", table, inspect.signature(make).parameters if takes is None else takes)
-    given = {name: _in_metres(name, value) if name in _LENGTHS else value for name, value in table.items()}
-    try:
-        return make(**given)
-    except TypeError as error:
-        raise ValueError(str(error).partition(" ")[2]) from None
-
-
-def _in_metres(name: str, value: Any) -> Any:
-    return [metres(name, part) for part in value] if isinstance(value, list) else metres(name, value)
-
-
-def _known(what: str, table: dict[str, Any], names: Any) -> None:
-    for name in table:
-        if name not in names:
-            raise ValueError(f"{what} has {name!r}, which is none of {', '.join(sorted(names))}")
+    return made(make, table, _LENGTHS, takes)

@@ -79,9 +79,13 @@ class Rod:
     """Cross-section S, m²."""
 
 
+def _file(name: str) -> Any:
+    return tyro.conf.arg(name=name, metavar="FILE", help_behavior_hint="(default: flags)")
+
+
 @dataclass(frozen=True)
 class Rub(Rod):
-    """A blade rubbing an abradable casing in permanent contact: the thesis' clamped rod.
+    """A blade rubbing an abradable casing in permanent contact: the thesis' clamped rod, or that of a file.
 
     Axes: rotational frequency (Hz) and contact stiffness K_e (N/m). The defaults are Appendix B's grid.
 
@@ -92,6 +96,8 @@ class Rub(Rod):
     """Rotational frequencies, Hz."""
     gain: Range = "4.5e4:4.5e6:401"
     """Contact stiffnesses K_e, N/m."""
+    blade_file: Annotated[str | None, _file("blade")] = None
+    """TOML file of a blade that bends, twists and turns, in place of the rod's flags (docs/howto/blades.md)."""
     discretization: Discretization = Discretization()
     output: Output = Output()
     storage: Storage = Storage()
@@ -144,7 +150,7 @@ class Edges:
     """Helix angle, degrees: one of all teeth, or one of each."""
 
 
-_ToolFile = Annotated[str | None, tyro.conf.arg(name="tool", metavar="FILE", help_behavior_hint="(default: flags)")]
+_ToolFile = Annotated[str | None, _file("tool")]
 
 
 @dataclass(frozen=True)

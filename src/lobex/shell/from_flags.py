@@ -1,6 +1,7 @@
 """From flags to models: grids, files, processes and methods, checked before JAX is imported where that can be."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -48,7 +49,7 @@ def process_of(flags: Any) -> Any:
     import lobex
 
     if isinstance(flags, arguments.Rub):
-        return lobex.Rub(rod_modes_of(flags))
+        return lobex.Rub(rod_modes_of(flags)) if flags.blade_file is None else _of_blade_file(flags)
     if isinstance(flags, arguments.Mathieu):
         return lobex.DelayedMathieu(delta=flags.delta, epsilon=flags.epsilon, damping=flags.damping)
     if flags.tool_file is not None:
@@ -71,6 +72,18 @@ def process_of(flags: Any) -> Any:
         radial_immersion=flags.radial_immersion,
         direction=flags.direction,
     )
+
+
+def _of_blade_file(flags: Any) -> Any:
+    """The process of a file of a blade, whose flags are left as they come."""
+    import lobex
+
+    usual = arguments.Rod()
+    if given := [field.name for field in fields(usual) if getattr(flags, field.name) != getattr(usual, field.name)]:
+        raise ValueError(f"blade = {flags.blade_file!r} says what flags of {given[0]} say; drop one of the two")
+    if getattr(flags, "sensitivity", False):
+        raise ValueError(f"blade = {flags.blade_file!r} has no use with --sensitivity; ask lobex.sensitivities")
+    return lobex.Rub(**lobex.read_blade(flags.blade_file))
 
 
 def _of_file(flags: Any) -> Any:

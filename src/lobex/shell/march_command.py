@@ -68,8 +68,8 @@ def _run(flags: MarchFlags, process: Any, speed: np.ndarray, gain: np.ndarray) -
 
 
 def _start(flags: MarchFlags, process: Any, speed: np.ndarray) -> tuple[Any, Any]:
-    """History and state: §4.4's for the rod, a deflection until t = 0 for the others."""
-    if isinstance(flags, MarchRub):
+    """History and state: §4.4's for the rod, and a deflection until t = 0 for the others."""
+    if isinstance(flags, MarchRub) and flags.blade_file is None:
         import lobex
         from lobex.marches.start import growing_history
 
