@@ -9,6 +9,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import scipy.io
 
 import lobex
 import references
@@ -19,6 +20,7 @@ DOCS = Path(__file__).parents[1] / "docs"
 sys.path.insert(0, str(DOCS))
 
 import errata  # noqa: E402
+import make_blade  # noqa: E402
 import offline  # noqa: E402
 import pages  # noqa: E402
 import reference_rows  # noqa: E402
@@ -59,6 +61,8 @@ CLAIMS = {
         and n["limit"].gain
         == pytest.approx([lobex.exact_limit(lobex.Rub(n["turning"].at(s)), s).gain[0] for s in n["speed"]], rel=1e-12)
         and n["same"].modes.count == 6
+        and np.abs(n["touching"].at(120.0).shape)
+        == pytest.approx(np.abs(make_blade.blade()[0].rotating(0.005, [1, 2, 3], **n["rubbing"]).at(120.0).shape))
     ),
     "tap_test.md": lambda n: (
         n["mill"].modes.count == 4 and n["spindle"].at(100.0).frequency == pytest.approx([(820 + 790) / 2])
@@ -110,7 +114,7 @@ def with_marks(page):
 
 @pytest.mark.parametrize("page", [with_marks(page) for page in PAGES if code_of(page)], ids=lambda page: page.name)
 def test_code_of_pages_runs_in_order(page, tmp_path, monkeypatch):
-    beside = [shutil.copy(path, tmp_path) for path in page.parent.glob("*.toml")]
+    beside = [shutil.copy(path, tmp_path) for kind in ("toml", "mtx") for path in page.parent.glob(f"*.{kind}")]
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
     for block in code_of(page):
@@ -203,6 +207,13 @@ def test_findings_come_out_as_recorded(name):
             {key: getattr(finding, key) for key in ("claim", "thesis", "agrees", "why", "numbers")},
             {key: wanted[key] for key in ("claim", "thesis", "agrees", "why", "numbers")},
         )
+
+
+def test_matrices_of_the_example_blade_are_those_of_its_beam():
+    for name, part in make_blade.parts().items():
+        read = scipy.io.mmread(make_blade.HOWTO / f"blade_{name}.mtx", spmatrix=False)
+        stored = read if name == "tip" else read.toarray()
+        assert stored == pytest.approx(part, rel=1e-12, abs=1e-12 * np.abs(part).max()), name
 
 
 def test_titles_and_claims_of_all_figures_are_the_recorded_ones():

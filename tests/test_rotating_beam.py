@@ -147,6 +147,11 @@ def test_matrices_of_any_model_turn_dense_or_sparse():
     for modes in (dense, half):
         assert isinstance(modes, lobex.RotatingModes)
         assert receptance(modes.at(120.0), 900.0) == pytest.approx(receptance(expected.at(120.0), 900.0), rel=1e-9)
+    tip = np.concatenate([beam.contact(normal=along, chord=0.02)[0] for along in np.eye(3)], axis=1)
+    three = lobex.Modes.from_matrices(*m[:2], tip, 0.01, [1, 2], spin_stiffness=m.spin_stiffness)
+    one = three.in_contact(*(CONTACT[name] for name in ("normal", "sliding", "friction")))
+    assert one.shape == pytest.approx(expected.shape, rel=1e-9, abs=1e-9)
+    assert one.force_shape == pytest.approx(expected.force_shape, rel=1e-9, abs=1e-9)
     whirling = lobex.Modes.from_matrices(*m[:2], seen, 0.01, gyroscopic=m.gyroscopic)
     assert np.all(whirling.spin_stiffness == 0)
     assert whirling.divergence_speed == np.inf

@@ -7,7 +7,7 @@ from typing import Any
 from lobex.processes.tables_of_file import in_metres, known, made, naming, read_tables
 from lobex.structures.beam import Beam
 
-_LENGTHS = ("length", "width", "thickness", "hub_radius", "chord")
+LENGTHS = ("length", "width", "thickness", "hub_radius", "chord")
 _BEAM = {*inspect.signature(Beam.rectangular).parameters, "poisson_ratio", "hub_radius", "root_stiffness"} - {"others"}
 _CONTACT = {*inspect.signature(Beam.contact).parameters} - {"self"}
 _MODES = {"damping_ratio", "keep", "basis"}
@@ -34,12 +34,12 @@ def read_blade(path: str | os.PathLike[str]) -> dict[str, Any]:
     def keys(names: set[str]) -> Any:
         def own(table: dict[str, Any]) -> dict[str, Any]:
             known("it", table, names)
-            return in_metres(table, _LENGTHS)
+            return in_metres(table, LENGTHS)
 
         return own
 
     makers = {
-        "beam": lambda table: made(Beam.rectangular, table, _LENGTHS, _BEAM),
+        "beam": lambda table: made(Beam.rectangular, table, LENGTHS, _BEAM),
         "contact": keys(_CONTACT),
         "modes": keys(_MODES),
     }

@@ -39,22 +39,21 @@ def shapes_of(modes: Sequence[Any], name: str) -> list[Any] | None:
 
 
 @in_float64
-def in_contact(modes: Any, normal: Float[AnyArray, " r"], loading: Float[AnyArray, " r"] | None) -> tuple[Any, ...]:
-    """Fields of modes that one contact sees along a normal and loads along another direction, if that is given."""
+def in_contact(
+    modes: Any, normal: Float[AnyArray, " r"], loading: Float[AnyArray, " r"] | None
+) -> dict[str, Float[AnyArray, "n 1"] | None]:
+    """By name the shapes that modes have where one contact sees them along a normal and loads them along another
+    direction, if that is given.
+    """
 
     def along(side: Any, vector: Any) -> Any:
         return None if side is None else namespace(side, vector).asarray(side) @ vector[:, None]
 
     acting = normal if loading is None else loading
     same = loading is None and modes.force_shape is None
-    return (
-        modes.angular_frequency,
-        modes.damping_ratio,
-        along(modes.shape, normal),
-        None if same else along(modes.loading, acting),
-        along(modes.quadrature, normal),
-        along(modes.force_quadrature, acting),
-    )
+    sides = {name: getattr(modes, name) for name in SHAPES if hasattr(modes, name)}
+    sides["force_shape"] = None if same else modes.loading
+    return {name: along(side, acting if "force" in name else normal) for name, side in sides.items()}
 
 
 @in_float64

@@ -1,6 +1,7 @@
 """The modes of a structure, as its contact point sees them."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, overload
 
 import jax
@@ -295,7 +296,7 @@ class Modes:
             ValueError: for vectors of no length or another shape, a sliding that is not at right angles to the normal,
                 and a coefficient below zero or without a sliding.
         """
-        return Modes(*in_contact(self, *contact_vectors(normal, sliding, friction, self.directions)))
+        return replace(self, **in_contact(self, *contact_vectors(normal, sliding, friction, self.directions)))
 
     def select(self, keep: Sequence[int]) -> "Modes":
         """The modes of the given numbers, counted from 1."""

@@ -1,6 +1,7 @@
 """Modes of a structure that turns: stiffened by the square of the speed, and coupled by Coriolis forces."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,8 @@ from lobex._float64 import in_float64
 from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray, Number
-from lobex.structures.contact_shapes import seen_at
+from lobex.structures.contact_shapes import in_contact, seen_at
+from lobex.structures.contact_vectors import contact_vectors
 from lobex.structures.damping import modal_damping
 from lobex.structures.eigenproblem import keep_modes, vibration_modes
 from lobex.structures.matrices import check_symmetric, is_sparse, whole
@@ -150,6 +152,10 @@ class RotatingModes:
         scaled = np.asarray(self.spin_stiffness) / np.outer(self.angular_frequency, self.angular_frequency)
         least = float(np.linalg.eigvalsh(scaled)[0])
         return float("inf") if least >= 0 else 1 / (2 * np.pi * np.sqrt(-least))
+
+    def in_contact(self, normal: Any, sliding: Any = None, friction: Number = 0.0) -> "RotatingModes":
+        """The modes as one contact sees and loads them; arguments and errors as of ``Modes.in_contact``."""
+        return replace(self, **in_contact(self, *contact_vectors(normal, sliding, friction, self.directions)))
 
     def check_speed(self, speed: Any) -> None:
         """Require speeds, Hz, below that of divergence, of numbers that are known."""
