@@ -57,6 +57,18 @@ def test_the_order_of_the_teeth_matters_and_where_it_begins_does_not():
     assert leading([105, 85, 100, 70]) != pytest.approx(first, rel=1e-4)
 
 
+def test_cutters_of_much_the_same_pitch_share_their_programs():
+    near, far = pitched([88, 91, 89, 92], 0.2), pitched([82, 97, 83, 98], 0.2)
+    assert jax.tree.structure(near) == jax.tree.structure(far)
+    for process in (near, far):
+        shortest, longest = process.layout.shortest, process.layout.longest
+        assert shortest < process.cutter.shares.min() < process.cutter.shares.max() < longest
+        assert longest / shortest < 1.5
+    # Of an even pitch there is one delay, a period, to the digit.
+    even = lobex.Milling(PLANE, 4, KT, KN, 0.2)
+    assert (even.layout.shortest, even.layout.longest) == (1.0, 1.0)
+
+
 def test_pieces_end_where_a_tooth_enters_or_leaves_and_where_their_delays_carry_that_into_the_cut():
     process = pitched([82, 98, 84, 96])
     mesh = mesh_of(process.system(50.0, 1e-3))

@@ -21,7 +21,7 @@ class Layout(NamedTuple):
 
     Attributes:
         parts: of a straight tooth's, in the cut or idle.
-        shortest, longest: delay, in periods.
+        shortest, longest: delay, in periods, or less and more.
         places: where pieces end, as ``mesh.places_that_matter`` says.
         repeats, cycles: how often the teeth repeat, and in how many variations of the speed, until both come back.
     """
@@ -35,6 +35,10 @@ class Layout(NamedTuple):
 
 
 UNKNOWN = Layout()
+# Into so many parts an octave of delays is divided, so that cutters of much the same pitch share their programs.
+_PARTS = 4
+# Of a part: what is whole parts stays so.
+_ROUNDING = 1e-6
 
 
 def layout_of(process: Any, arc: float | None) -> Layout:
@@ -48,6 +52,17 @@ def layout_of(process: Any, arc: float | None) -> Layout:
     if varied is not None:
         bounds = tuple(bound / layout.repeats for bound in varied.delay_range(*bounds))
     return layout._replace(shortest=bounds[0], longest=bounds[1])
+
+
+def in_octaves(layout: Layout) -> Layout:
+    """The same with a range of delays that ends at whole parts of an octave, and is no narrower.
+
+    Once its places are known, since to a longer delay one more of them would seem to be remembered.
+    """
+    shortest, longest = layout.shortest, layout.longest
+    least = 2.0 ** (np.floor(_PARTS * np.log2(shortest) + _ROUNDING) / _PARTS) if shortest else 0.0
+    most = 2.0 ** (np.ceil(_PARTS * np.log2(longest) - _ROUNDING) / _PARTS)
+    return layout._replace(shortest=float(least), longest=float(most))
 
 
 def places_of(process: Any) -> Places | None:

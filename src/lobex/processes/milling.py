@@ -19,7 +19,7 @@ from lobex.processes.cutting_force import CuttingForce, of_force
 from lobex.processes.edge_points import doubt_of_points, radians_along
 from lobex.processes.engagement import arc_of, cutting_angles
 from lobex.processes.feed import with_feed
-from lobex.processes.layout import UNKNOWN, Layout, layout_of, places_of
+from lobex.processes.layout import UNKNOWN, Layout, in_octaves, layout_of, places_of
 from lobex.processes.process import check_point
 from lobex.processes.process_damping import ProcessDamping, check_damping, with_damping
 from lobex.processes.quantity import DEPTH_OF_CUT, SPEED_UNITS, Quantity
@@ -159,6 +159,8 @@ class Milling:
         object.__setattr__(self, "layout", layout_of(self, arc))
         if arc is not None:
             object.__setattr__(self, "layout", self.layout._replace(places=places_of(self)))
+        if speed_variation is None:
+            object.__setattr__(self, "layout", in_octaves(self.layout))
 
     @property
     def teeth(self) -> int:
