@@ -19,6 +19,7 @@ NAMES = (
     "4_gradients",
     "5_own_matrices",
     "6_catalogue",
+    "7_pitch_by_gradient",
 )
 RENDERED = ROOT / "docs" / "notebooks"
 
@@ -164,6 +165,30 @@ def test_the_cut_of_the_catalogue_holds_in_time_and_its_neighbour_does_not():
     assert seen["swung"] > seen["scatter"]
     assert not np.any(np.array(seen["advice"].stability_margin) < seen["MARGIN"] - 1e-3)
     assert seen["advice"].mean_power[0] <= (1 - seen["MARGIN"]) * seen["POWER"] * (1 + 1e-3)
+
+
+# Its limits and their derivatives by pitch are programs of a minute.
+@pytest.mark.search
+def test_the_pitch_angles_by_gradient_hold_in_time_where_the_first_do_not():
+    seen = executed("7_pitch_by_gradient")
+    assert seen["derivative"] == pytest.approx(seen["difference"], rel=1e-4)
+    assert seen["pitch"].sum() == pytest.approx(360, rel=1e-12)
+    assert np.abs(seen["pitch"] - 90).max() < seen["FARTHEST"] * (1 + 1e-9)
+    # It ends where first order promises no more, and what the last steps promised was kept.
+    assert seen["promise"] - seen["after"].min() < seen["ENOUGH"]
+    assert seen["least"][1:] == pytest.approx(seen["promises"], rel=0.1)
+    assert np.all(np.diff(seen["least"]) > 0)
+    assert seen["after"].min() > 1.4 * seen["before"].min()
+    # As more nodes have it.
+    limit = lobex.critical_gain(
+        seen["milling"](seen["pitch"]), seen["RPM"][::5] / 60, seen["BOUNDS"], scan=seen["SCAN"]
+    )
+    assert seen["after"][::5] == pytest.approx(1e3 * limit.gain, rel=1e-7)
+    # As the march grows so do the multipliers say, to the error of its steps.
+    assert seen["growth"] == pytest.approx(seen["expected"], rel=2e-3)
+    assert seen["expected"][0] > 1 > seen["expected"][1]
+    # Elsewhere it costs.
+    assert seen["change"].min() < -0.3
 
 
 @pytest.mark.parametrize("name", NAMES)
