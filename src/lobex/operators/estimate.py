@@ -13,9 +13,10 @@ from lobex.operators.response import followed_turn, gauss_nodes, quickness
 from lobex.systems.mesh import seen_to_bend
 from lobex.systems.system import DelaySystem
 
-# The error in terms of what the nodes leave of y: its square (superconvergence), but only in proportion to it
-# through modes that turn too quickly for the nodes. Bounds fitted to blade rub, milling and Mathieu's equation.
-_SMOOTH, _ROUGH = 3.0, 0.05
+# The error in terms of what lies beyond the nodes of y: its square (superconvergence), but only in proportion to it
+# through modes that turn too quickly for the nodes. Bounds fitted to blade rub, milling of even and uneven pitch, and
+# Mathieu's equation.
+_SMOOTH, _ROUGH = 20.0, 0.4
 # Where what is remembered is met between the nodes, what they leave of the force bends it at the ends of pieces: so
 # much of what they leave of y, over the cube of their number, and in proportion to what they leave of both. Bounds
 # fitted to several delays, delays apart from the period, and delays that vary (tests/test_general_error.py).
@@ -35,8 +36,8 @@ class InContact(NamedTuple):
         missed: how much of each mode's vibration lies beyond the nodes, (n,).
         force: norms of the coefficients of the present and of the delayed force at the nodes, (2, q), of outputs that
             are each of size 1, see ``sizes_of``.
-        unresolved: squares of what the nodes leave of y, and of all of it, (2,).
-        unresolved_force: the same of the force, which is known at the nodes alone, (2,).
+        unresolved: squares of what lies beyond the nodes of y, of the last that they hold with it, and of all, (3,).
+        unresolved_force: squares of the last that they hold of the force, which is known there alone, and of all, (2,).
         unmet: square of by how much y misses its equations at the nodes.
         terms: squares of the terms of which the end state and y are sums, (2,).
     """
@@ -44,7 +45,7 @@ class InContact(NamedTuple):
     length: Float[AnyArray, " *M"]
     missed: Float[AnyArray, "*M n"]
     force: Float[AnyArray, "*M 2 q"]
-    unresolved: Float[AnyArray, "*M 2"]
+    unresolved: Float[AnyArray, "*M 3"]
     unresolved_force: Float[AnyArray, "*M 2"]
     unmet: Float[AnyArray, " *M"]
     terms: Float[AnyArray, "*M 2"]
@@ -52,7 +53,7 @@ class InContact(NamedTuple):
 
 @lru_cache(maxsize=32)
 def _analysis(nodes: int) -> tuple[np.ndarray, np.ndarray]:
-    """From samples at the nodes to the last two Legendre terms, normed, and to the ends of the piece: (2, q) each.
+    """From samples at the nodes to the last four Legendre terms, normed, (4, q), and to the ends of the piece, (2, q).
 
     A wave of which the nodes miss the term q alone, normed, is off by the root of 2q + 1 at the ends: the second
     matrix is less by that factor.
@@ -61,33 +62,35 @@ def _analysis(nodes: int) -> tuple[np.ndarray, np.ndarray]:
     norms = np.sqrt(2 * np.arange(nodes) + 1)
     terms = norms[:, None] * (weights[:, None] * legendre_values(points, nodes)).T
     ends = legendre_values(np.array([0.0, 1.0]), nodes) * norms
-    return terms[-2:], ends @ terms / np.sqrt(2 * nodes + 1)
+    return terms[-4:], ends @ terms / np.sqrt(2 * nodes + 1)
 
 
-def unresolved(samples: Float[Array, "q r p"], ends: Float[Array, "2 r p"]) -> Float[Array, "2"]:
-    """Squares of what the nodes leave of y over a piece, and of all of it, (2,).
+def unresolved(samples: Float[Array, "q r p"], ends: Float[Array, "2 r p"]) -> Float[Array, "3"]:
+    """Squares of what lies beyond the nodes of y over a piece, of the last that they hold with it, and of all, (3,).
 
-    What they leave is the last two Legendre terms, and by how much the polynomial through the nodes misses y at both
-    ends of the piece, which are known from the structure's state: a wave that turns more quickly than the nodes tell
-    may look smooth at them, but not between them.
+    The last two Legendre terms are less than the two before by a share, and those beyond are less than the last by
+    that share at least. By how much the polynomial through the nodes misses y at both ends of the piece, which are
+    known from the structure's state, tells of them too: a wave that turns more quickly than the nodes tell may look
+    smooth at them, but not between them.
 
     Args:
         samples: y at the nodes, (q, r, …).
         ends: y at the start and the end of the piece, (2, r, …).
     """
     nodes = jnp.shape(samples)[0]
-    last, to_ends = _analysis(nodes)
+    terms, to_ends = _analysis(nodes)
     flat = samples.reshape(nodes, -1)
-    missed = to_ends @ flat - ends.reshape(2, -1) / np.sqrt(2 * nodes + 1)
-    left = jnp.sum((last @ flat) ** 2) + jnp.sum(missed**2)
-    return jnp.stack([left, jnp.sum(gauss_nodes(nodes)[1][:, None] * flat**2)])
+    before, last = (jnp.sum((pair @ flat) ** 2) for pair in (terms[:-2], terms[-2:]))
+    missed = jnp.sum((to_ends @ flat - ends.reshape(2, -1) / np.sqrt(2 * nodes + 1)) ** 2)
+    beyond = last * last / (jnp.maximum(before, last) + jnp.finfo(flat.dtype).tiny)
+    return jnp.stack([beyond + missed, last + missed, jnp.sum(gauss_nodes(nodes)[1][:, None] * flat**2)])
 
 
 def unresolved_force(samples: Float[AnyArray, "q e p"]) -> Float[Array, "2"]:
     """Squares of the last two Legendre terms of a force over a piece, from its nodes (q, e, …), and of all, (2,)."""
     nodes = jnp.shape(samples)[0]
     flat = samples.reshape(nodes, -1)
-    last = jnp.sum((_analysis(nodes)[0] @ flat) ** 2)
+    last = jnp.sum((_analysis(nodes)[0][-2:] @ flat) ** 2)
     return jnp.stack([last, jnp.sum(gauss_nodes(nodes)[1][:, None] * flat**2)])
 
 
@@ -105,13 +108,13 @@ def estimated_error(system: DelaySystem, contacts: InContact, value: Float[Array
     blocks, inputs = jnp.asarray(system.blocks), jnp.asarray(system.inputs)
     outputs = jnp.asarray(system.outputs) / sizes_of(system.outputs)[:, None]
     tiny = jnp.finfo(blocks.dtype).tiny
-    tail, force_tail = (_share(part, tiny) for part in (contacts.unresolved, contacts.unresolved_force))
+    (beyond, tail), (force_tail,) = (_shares(part, tiny) for part in (contacts.unresolved, contacts.unresolved_force))
     mobility = jnp.sqrt(jnp.sum(inputs**2, axis=(1, 2)) * jnp.sum(outputs**2, axis=(1, 2)))
     quick = quickness(blocks)
     compliance = mobility / (quick + tiny)
     rough = jnp.sum(jnp.max(contacts.missed, axis=0) * compliance) / (jnp.sum(compliance) + tiny)
     nodes = jnp.shape(contacts.force)[-1]
-    error = tail * (_SMOOTH * tail + _ROUGH * rough)
+    error = beyond * (_SMOOTH * beyond + _ROUGH * rough)
     if not system.to_nodes:
         error = error + tail * (_BOTH * force_tail + _BETWEEN / nodes**3)
     generations = seen_to_bend(system)
@@ -143,10 +146,10 @@ def sizes_of(outputs: Float[AnyArray, "n r s"]) -> Float[Array, " r"]:
     return jnp.where(sizes > 0, sizes, 1.0)
 
 
-def _share(unresolved: Float[AnyArray, "M 2"], tiny: Any) -> Float[Array, ""]:
-    """Of all contacts (M, 2), the part that the nodes leave."""
-    left, whole = jnp.sum(unresolved, axis=0)
-    return jnp.sqrt(left / (whole + tiny))
+def _shares(squares: Float[AnyArray, "M k"], tiny: Any) -> list[Float[Array, ""]]:
+    """Of all contacts, whose squares come last, (M, k), the parts before."""
+    *parts, whole = jnp.sum(squares, axis=0)
+    return [jnp.sqrt(part / (whole + tiny)) for part in parts]
 
 
 def rounding(
