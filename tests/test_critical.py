@@ -26,12 +26,13 @@ def test_rod_limits(ratio):
     assert limit.lobe.tolist() == [6, 5, 4, 4, 3, 2, 1, 1, 0]
 
 
+@pytest.mark.parametrize("method", [lobex.Chebyshev(48), lobex.Duhamel()], ids=["Chebyshev", "Duhamel"])
 @pytest.mark.parametrize(
     "case", [c for c in LIMIT_CASES if c["problem"] == "milling-1dof"], ids=lambda c: c["speed_rpm"]
 )
-def test_milling_limits_with_kinds_and_re_entrance(case):
+def test_milling_limits_with_kinds_and_re_entrance(case, method):
     process = milling(LIMIT_TOOLS[case["tool"]], case["radial_immersion"], case["direction"])
-    limit = lobex.critical_gain(process, case["speed_rpm"] / 60, (0, 6e-3), lobex.Chebyshev(48))
+    limit = lobex.critical_gain(process, case["speed_rpm"] / 60, (0, 6e-3), method)
     depths = np.atleast_1d(case["critical_depth_m"])
     assert limit.gain[0] == pytest.approx(depths[0], rel=1e-7)
     if "kind" in case:

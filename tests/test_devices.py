@@ -30,7 +30,7 @@ def watch(module, name):
     setattr(module, name, watched)
 
 
-for module, name in ((refinement, "_with_errors"), (evaluation, "_over_chunk"), (wear, "_turn")):
+for module, name in ((refinement, "with_errors"), (evaluation, "_over_chunk"), (wear, "_turn")):
     watch(module, name)
 tool = lobex.Modes.single(frequency=146.5, damping_ratio=0.0032, mass=2.573)
 mill = lobex.Milling(tool, teeth=1, tangential=5.5e8, normal=2e8, radial_immersion=0.5)

@@ -70,19 +70,23 @@ def in_chunks(function: Callable[[Int[Any, " _"]], Any], lanes: int, size: int) 
     return list(side_by_side(lambda part: function(numbers[part]), len(numbers)))
 
 
-def in_batches(function: Callable[..., Any], arrays: tuple[np.ndarray, ...], size: int = 64) -> Any:
+def in_batches(
+    function: Callable[..., Any], arrays: tuple[np.ndarray, ...], size: int = 64, first: int | None = None
+) -> Any:
     """``function(count, *arrays)`` for one point or more along the arrays' first axis, as NumPy arrays.
 
-    It is called with ``size`` points at a time, of which the first ``count`` are wanted: the last batch is filled up
-    with repeats. Call it in the scope of float64.
+    It is called with ``size`` points at a time, of which the first ``count`` are wanted: what is missing is filled up
+    with repeats. Of the first call, which is made alone so that nothing is compiled twice, ``first`` are, if not all:
+    few, where it computes no others. Call it in the scope of float64.
     """
-    starts = range(0, len(arrays[0]), size)
+    total = len(arrays[0])
+    edges = [0, *range(min(first or size, total), total, size), total]
 
     def work(part: int) -> Any:
-        count, filled = _filled(arrays, starts[part], size)
+        count, filled = _filled(arrays, edges[part], edges[part + 1], size)
         return jax.tree.map(lambda result: np.asarray(result)[:count], function(count, *filled))
 
-    return jax.tree.map(lambda *part: np.concatenate(part), *side_by_side(work, len(starts)))
+    return jax.tree.map(lambda *part: np.concatenate(part), *side_by_side(work, len(edges) - 1))
 
 
 def in_few_sizes(
@@ -95,16 +99,16 @@ def in_few_sizes(
     size = next((size for size in sizes if _FEW * size >= len(arrays[0])), sizes[-1])
     parts = []
     for start in range(0, max(len(arrays[0]), 1), size):
-        count, filled = _filled(arrays, start, size)
+        count, filled = _filled(arrays, start, min(start + size, len(arrays[0])), size)
         parts.append((count, function(*filled)))
     # All are begun before the first is waited for.
     results = [[np.asarray(result)[:count] for result in results] for count, results in parts]
     return tuple(map(np.concatenate, zip(*results, strict=True)))
 
 
-def _filled(arrays: tuple[np.ndarray, ...], start: int, size: int) -> tuple[int, list[np.ndarray]]:
-    """How many rows there are from ``start`` on, ``size`` at most, and so many with their repeats, or of zeros."""
-    count = min(size, len(arrays[0]) - start)
+def _filled(arrays: tuple[np.ndarray, ...], start: int, end: int, size: int) -> tuple[int, list[np.ndarray]]:
+    """How many rows there are from ``start`` to ``end``, and ``size`` of them with their repeats, or of zeros."""
+    count = end - start
     if count == 0:
         return 0, [np.zeros((size, *part.shape[1:]), part.dtype) for part in arrays]
     index = start + np.arange(size) % count

@@ -6,7 +6,7 @@ import numpy as np
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids.evaluation import dominant_at_points
 from lobex.grids.finer import LEAST, Sample
-from lobex.grids.refinement import MANY
+from lobex.grids.node_counts import MANY
 from lobex.operators.operator import Method
 from lobex.processes.process import Process
 from lobex.results.chart import Chart

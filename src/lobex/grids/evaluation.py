@@ -36,13 +36,21 @@ _EFFORTS = (8, 16, 24, 0)
 
 
 def dominant_over_grid(
-    process: Process, speeds: np.ndarray, gains: np.ndarray, method: Method | CharacteristicRoots, progress: bool
+    process: Process,
+    speeds: np.ndarray,
+    gains: np.ndarray,
+    method: Method | CharacteristicRoots,
+    progress: bool,
+    of_growth: float = 0.0,
 ) -> Dominant:
-    """Over the grid of speeds (n,) and gains (m,), shape (n, m); call in the scope of float64."""
+    """Over the grid of speeds (n,) and gains (m,), shape (n, m); call in the scope of float64.
+
+    Where a method chooses its nodes an error of so much ``of_growth``, log |μ|, is enough as well as its tolerance.
+    """
     if isinstance(method, CharacteristicRoots):
         return _by_roots(process, method.over_grid(process, speeds, gains), speeds[:, None], gains)
     if isinstance(method, Duhamel):
-        return refined_over_grid(process, speeds, gains, method, progress)
+        return refined_over_grid(process, speeds, gains, method, progress, of_growth)
     *chunk, several = _chunk_shape(process, method, speeds[0], gains[0])
     shape = (len(speeds), len(gains))
     multiplier = np.full(shape, np.nan, dtype=np.complex128)
@@ -91,15 +99,18 @@ def dominant_at_points(
     gains: np.ndarray,
     method: Method | CharacteristicRoots,
     every_mode: bool = False,
+    of_growth: float = 0.0,
 ) -> Dominant:
     """At the points (speeds[i], gains[i]), shape (p,); call in the scope of float64.
 
-    With ``every_mode`` a method that chooses its nodes begins, at few points, with enough for every mode.
+    With ``every_mode`` a method that chooses its nodes begins, at few points, with enough for every mode; ``of_growth``
+    as over a grid.
     """
     if isinstance(method, CharacteristicRoots):
         return _by_roots(process, method.at_points(process, speeds, gains), speeds, gains)
     if isinstance(method, Duhamel):
-        return refined_at_points(process, speeds, gains, method, every_mode=every_mode and len(speeds) < _FEW)
+        every_mode = every_mode and len(speeds) < _FEW
+        return refined_at_points(process, speeds, gains, method, every_mode, of_growth)
     return _at_points(process, speeds, gains, method, _EFFORTS)
 
 

@@ -7,77 +7,69 @@ from typing import Any
 
 import jax
 import numpy as np
-from jaxtyping import Array, Float, Inexact, Int
 from tqdm import tqdm
 
-from lobex._batches import FirstAlone, over_few, side_by_side, together
-from lobex._shapes import AnyArray, Number
-from lobex.floquet import dense, power
-from lobex.floquet.chatter import carrier_frequency
-from lobex.floquet.power import Pair, as_complex, as_pair
+from lobex._batches import FirstAlone, side_by_side
 from lobex.grids.dominant import Dominant
+from lobex.grids.node_counts import MANY, node_counts
+from lobex.grids.one_size import FEWEST, few_of_each, prepared_at, with_errors
 from lobex.operators.duhamel import Duhamel
-from lobex.operators.elimination import inverse, pivoted_inverse
-from lobex.operators.response import quickness, samples_in_flight, tail_bound
+from lobex.operators.response import samples_in_flight
 from lobex.processes.process import Process
 from lobex.systems.mesh import mesh_of
-from lobex.systems.traits import Traits, traits_of
+from lobex.systems.traits import traits_of
 
-# Nodes per piece: a few sizes, since each is compiled for itself.
-_SIZES = (6, 10, 16, 26, 42, 68, 110)
-# And for few pieces through which a mode turns a hundred times, as long as forces are not more.
-_LARGE, _MOST_FORCES = (178, 288, 466), 700
-# Of the tolerance, what the error at a point may be for its neighbours to meet it too.
-_MARGIN = 0.1
+# The growth per period that most points are beyond, for the first guess alone.
+_GROWTH = 1e-3
 # Work per point, lightest first: squarings of the operator, or 0 for the dense solver.
 _EFFORTS = (9, 16, 24, 0)
 # The same after so long a period, in delays, that its end has forgotten all but the dominant multiplier.
 _LONG, _EFFORTS_AFTER_LONG = 4, (5, *_EFFORTS)
-# The pair is settled where it misses the discrete equations by less.
-_SETTLED = 1e-11
+# The pair is settled where it misses the discrete equations by less, or by so little of the error that is allowed.
+_SETTLED, _OF_ERROR = 1e-11, 1e-3
+# From about so many points of each speed a slab of many learns which of the others better begin with more nodes, and
+# with how many squarings, up to a number, most of them settle.
+_SOME, _GROUPS, _TOO_MANY = 4, 24, 1 / 3
+_FURTHER, _MOSTLY = 12, 0.9
 _CHUNK_BYTES = 1e6
-# What points that are computed together may need, and the fewest of them.
-_CACHE_BYTES, _TOGETHER = 5e5, 8
+# What points that are computed together may need.
+_CACHE_BYTES = 5e5
 SPEEDS = 32
 """Structures prepared at a time."""
 # Rows of the operators of all pieces up to which these are small.
-_SMALL = 64
-MANY = 20_000
-# Radians over half a piece that coefficients add to those of the first mode, for the first guess alone.
-_BY_COEFFICIENTS = 1.5
+_SMALL = 400
 
 
 def refined_over_grid(
-    process: Process, speeds: np.ndarray, gains: np.ndarray, method: Duhamel, progress: bool
+    process: Process, speeds: np.ndarray, gains: np.ndarray, method: Duhamel, progress: bool, of_growth: float = 0.0
 ) -> Dominant:
-    """Over the grid of speeds (n,) and gains (m,), shape (n, m); call in the scope of float64."""
+    """Over the grid of speeds (n,) and gains (m,), shape (n, m); what is enough ``of_growth`` says ``evaluation``."""
     shape = (len(speeds), len(gains))
     row, column = (index.ravel() for index in np.indices(shape))
-    result = _Refinement(process, method).run(speeds, row, gains[column], progress)
+    result = _Refinement(process, method, of_growth=of_growth).run(speeds, row, gains[column], progress)
     return Dominant(*(part.reshape(shape) for part in result))
 
 
 def refined_at_points(
-    process: Process, speeds: np.ndarray, gains: np.ndarray, method: Duhamel, every_mode: bool = False
+    process: Process,
+    speeds: np.ndarray,
+    gains: np.ndarray,
+    method: Duhamel,
+    every_mode: bool = False,
+    of_growth: float = 0.0,
 ) -> Dominant:
     """At the points (speeds[i], gains[i]), shape (p,); begun with nodes for the first mode, or for ``every_mode``."""
     unique, row = np.unique(speeds, return_inverse=True)
-    return _Refinement(process, method, every_mode).run(unique, row, gains, progress=False)
-
-
-def enough_nodes(found: Dominant, tolerance: float) -> int:
-    """Nodes with which all of the points found, and others near them, are well within the tolerance."""
-    near = found.nodes[found.error > _MARGIN * tolerance]
-    enough = np.max(found.nodes)
-    return int(next((size for size in _SIZES if size > np.max(near, initial=0) and size >= enough), enough))
+    return _Refinement(process, method, every_mode, of_growth).run(unique, row, gains, progress=False)
 
 
 class _Refinement:
     """One process and method at points."""
 
-    def __init__(self, process: Process, method: Duhamel, every_mode: bool = False) -> None:
+    def __init__(self, process: Process, method: Duhamel, every_mode: bool = False, of_growth: float = 0.0) -> None:
         self.process, self.method, self.traits = process, method, traits_of(process)
         self.followed = np.max if every_mode else np.min
+        self.of_growth = of_growth
         self.sizes: tuple[int, ...] = ()
         self.in_flight = 0
         self.programs = FirstAlone()
@@ -93,7 +85,9 @@ class _Refinement:
         order = np.argsort(row, kind="stable")
         first = _shares(len(speeds))
         edges = np.searchsorted(row[order], first)
-        self.sizes, start, last = self._plan(speeds, len(row))
+        accuracy = max(self.method.tolerance, self.of_growth * _GROWTH)
+        points = np.bincount(row, minlength=len(speeds))
+        self.sizes, start, last = node_counts(self.process, self.method, speeds, points, self.followed, accuracy)
         self.in_flight = samples_in_flight(self.process.system(np.min(speeds), 0.0))
 
         def work(number: int) -> tuple[np.ndarray, _Slab]:
@@ -123,7 +117,7 @@ class _Refinement:
 
         def prepare(method: Duhamel) -> object:
             speeds = np.full(SPEEDS, speed)
-            return prepared_at(self.process, method, speeds, gain, SPEEDS, self.traits, self.in_flight)
+            return prepared_at(self.process, method, speeds, gain, 1, self.traits, self.in_flight)
 
         def evaluate(method: Duhamel) -> object:
             shapes = jax.eval_shape(
@@ -132,38 +126,14 @@ class _Refinement:
                 method,
                 np.full(SPEEDS, speed),
                 gain,
-                SPEEDS,
+                1,
             )
             prepared = jax.tree.map(lambda part: np.zeros(part.shape, part.dtype), shapes)
             slab = _Slab(self, np.full(SPEEDS, speed), np.zeros(1, dtype=int), np.full(1, gain))
-            return slab.evaluate(prepared, np.zeros(1, dtype=int), method, _EFFORTS[0])
+            batch = slab.batch(prepared, method)
+            return slab.evaluate(prepared, np.zeros(1, dtype=int), method, _EFFORTS[0], batch)
 
         return [partial(call, method) for method in methods for call in (evaluate, prepare)]
-
-    def _plan(self, speeds: np.ndarray, points: int) -> tuple[tuple[int, ...], np.ndarray, np.ndarray]:
-        """The sizes in turn, and the indices of those to begin and to end with per speed: from how far a mode turns."""
-        if self.method.nodes is not None:
-            return (self.method.nodes,), np.zeros(len(speeds), dtype=int), np.zeros(len(speeds), dtype=int)
-        ends = speeds[[0, -1]]
-        # Turning is a power of the speed, or nearly, unless what is called speed is something else.
-        half = np.exp(np.interp(np.log(speeds), np.log(ends), np.log([self._turn(speed) for speed in ends])))
-        system = self.process.system(ends[0], 0.0)
-        pieces = mesh_of(system).pieces
-        sizes = _SIZES + tuple(size for size in _LARGE if size * pieces * system.force_size <= _MOST_FORCES)
-        coarse = tail_bound(half[:, None] + _BY_COEFFICIENTS, np.array(sizes)) > np.sqrt(self.method.tolerance)
-        # Where the finest would not do either, it is not tried.
-        last = np.where(coarse[:, -1], len(_SIZES), len(sizes)) - 1
-        first = np.minimum(np.sum(coarse, axis=1), last)
-        # Of few points it is quicker to compute some too finely than to compile one more size, unless pieces are many.
-        apart = points >= MANY or pieces > _LONG
-        return sizes, first if apart else np.minimum(first.max(), last), last
-
-    def _turn(self, speed: float) -> float:
-        """Radians that the mode to follow turns through in half of the widest piece in contact."""
-        system = self.process.system(speed, 0.0)
-        rate = float(self.followed(quickness(np.asarray(system.blocks))))
-        widest = float(np.max(mesh_of(system).length))
-        return max(np.nan_to_num(rate * float(system.period) * widest / 2), np.finfo(float).tiny)
 
 
 def _shares(speeds: int) -> np.ndarray:
@@ -184,31 +154,61 @@ class _Slab:
         self.multiplier = np.full(len(row), np.nan, dtype=np.complex128)
         self.frequency, self.error, self.rounding, self.defect = (np.full(len(row), np.nan) for _ in range(4))
         self.size = np.zeros(len(row), dtype=int)
+        # Of each speed among those that are prepared.
+        self.place = np.zeros(len(speeds), dtype=int)
         self.densely = np.zeros(len(row), dtype=bool)
 
     def run(self, start: np.ndarray, last: np.ndarray) -> None:
         """Compute every point with the size that ``start`` gives it, and with the next, up to ``last``, while it is too
-        coarse.
+        coarse: mostly as a few points of its speed tell, before the others are computed.
         """
         waiting = start
         for index, nodes in enumerate(self.whole.sizes):
             points = np.flatnonzero(waiting == index)
-            if len(points):
-                self.size[points] = index
-                self._settle(points, replace(self.whole.method, nodes=nodes))
-                # A point that failed, NaN, fails with more nodes as well.
-                coarse = points[(self.error[points] > self.whole.method.tolerance) & (index < last[points])]
-                waiting[coarse] = index + 1
+            if not len(points):
+                continue
+            method = replace(self.whole.method, nodes=nodes)
+            prepared, (first, *heavier) = self._prepared(points, method)
+            batch = self.batch(prepared, method)
+            some = points
+            if len(points) >= _GROUPS * batch[1]:
+                some = points[few_of_each(self.row[points], _SOME)]
+            self.evaluate(prepared, some, method, first, batch)
+            told = some[self._settled(some)]
+            failing = np.bincount(self.row[told], self._coarse(told) - _TOO_MANY, len(self.speeds)) > 0
+            early = ~np.isin(points, told) & failing[self.row[points]] & (index < last[points])
+            waiting[points[early]] = index + 1
+            points = points[~early]
+            self.size[points], self.densely[points] = index, False
+            rest = np.setdiff1d(points, some)
+            self.evaluate(prepared, rest, method, self._squarings(some, first) if len(rest) else first, batch)
+            for effort in heavier:
+                again = points[~self._settled(points)]
+                self.densely[again] = effort == 0
+                self.evaluate(prepared, again, method, effort, batch)
+            waiting[points[self._coarse(points) & (index < last[points])]] = index + 1
+
+    def _coarse(self, points: np.ndarray) -> np.ndarray:
+        """Whether more nodes are wanted. A point that failed, NaN, fails with more as well."""
+        return self.error[points] > self._allowed(points)
+
+    def _allowed(self, points: np.ndarray) -> np.ndarray:
+        """The errors that are small enough at points."""
+        with np.errstate(divide="ignore"):
+            growth = np.abs(np.log(np.abs(self.multiplier[points])))
+        return np.maximum(self.whole.method.tolerance, self.whole.of_growth * growth)
 
     @property
     def whole_error(self) -> np.ndarray:
         """By nodes, of which more help, and by rounding, where none do."""
         return self.error + self.rounding
 
-    def _settle(self, points: np.ndarray, method: Duhamel) -> None:
-        """Compute points with the nodes of ``method``, with more effort where the pair does not settle."""
+    def _prepared(self, points: np.ndarray, method: Duhamel) -> tuple[Any, tuple[int, ...]]:
+        """What is the same for all gains at the speeds of points, and the efforts that these take in turn."""
         system = self.whole.process.system(self.speeds[0], self.gain[0])
         mesh = mesh_of(system)
+        rows = np.unique(self.row[points])
+        self.place[rows] = np.arange(len(rows))
         # A large operator is made for no more speeds than there are, or nearly; a small one for as many as ever, since
         # each number of them is compiled for itself.
         small = mesh.pieces * method.size(system) <= _SMALL
@@ -217,35 +217,43 @@ class _Slab:
             prepared_at,
             self.whole.process,
             method,
-            np.resize(self.speeds, many),
+            np.resize(self.speeds[rows], many),
             self.gain[0],
-            len(self.speeds),
+            len(rows),
             self.whole.traits,
             self.whole.in_flight,
         )
         prepared = self.whole.programs.call((self.device, method.nodes, many), prepare)
-        for effort in _EFFORTS_AFTER_LONG if mesh.pieces >= _LONG * mesh.history else _EFFORTS:
-            self.densely[points] = effort == 0
-            self.evaluate(prepared, points, method, effort)
-            settled = (self.defect[points] < _SETTLED) & (self.rounding[points] < self.whole.method.tolerance)
-            points = points[~settled]
-            if not len(points):
-                return
+        return prepared, _EFFORTS_AFTER_LONG if mesh.pieces >= _LONG * mesh.history else _EFFORTS
 
-    def evaluate(self, prepared: Any, points: np.ndarray, method: Duhamel, effort: int) -> None:
+    def _settled(self, points: np.ndarray) -> np.ndarray:
+        """Whether the pairs at points are."""
+        allowed = self._allowed(points)
+        return (self.defect[points] < np.maximum(_SETTLED, _OF_ERROR * allowed)) & (self.rounding[points] < allowed)
+
+    def _squarings(self, points: np.ndarray, done: int) -> int:
+        """How many settle most points, by what pairs miss after those ``done``: each more squares that."""
+        least = np.log(np.maximum(_SETTLED, _OF_ERROR * self._allowed(points)))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            more = np.log2(least / np.log(self.defect[points]))
+        most = np.quantile(np.where(np.isnan(more), np.inf, more), _MOSTLY, method="higher")
+        return done + int(np.clip(np.ceil(most), 0, max(_FURTHER - done, 0)))
+
+    def evaluate(self, prepared: Any, points: np.ndarray, method: Duhamel, effort: int, batch: tuple[int, int]) -> None:
         """Put the results of points in their places, a batch at a time, the last filled up with repeats."""
         densely = effort == 0
-        size, several = self._batch(prepared, method)
+        size, several = batch
         targets = (self.multiplier, self.frequency, self.error, self.rounding, self.defect)
         for begin in range(0, len(points), size):
             part = points[begin : begin + size]
             filled = np.resize(part, size)
             row = self.row[filled]
+            place = self.place[row]
             compute = partial(
-                _with_errors,
+                with_errors,
                 self.whole.process,
                 prepared,
-                row,
+                place,
                 self.speeds[row],
                 self.gain[filled],
                 method,
@@ -258,71 +266,16 @@ class _Slab:
             for target, result in zip(targets, results, strict=True):
                 target[part] = np.asarray(result)[: len(part)]
 
-    def _batch(self, prepared: Any, method: Duhamel) -> tuple[int, int]:
+    def batch(self, prepared: Any, method: Duhamel) -> tuple[int, int]:
         """How many points a call takes, and how many of them are computed together.
 
         On a CPU these are so few that what they need stays in a core's cache; on a GPU all.
         """
         system = self.whole.process.system(self.speeds[0], self.gain[0])
         rows, forces = method.size(system), system.force_size * method.count * mesh_of(system).pieces
-        size = int(max(_CHUNK_BYTES / (8 * rows**2), _TOGETHER))
+        size = int(max(_CHUNK_BYTES / (8 * rows**2), FEWEST))
         if jax.default_backend() != "cpu":
             return size, size
         numbers = sum(part.size / len(part) for part in jax.tree.leaves(prepared)) + rows * (forces + rows)
-        several = max(2 ** round(np.log2(_CACHE_BYTES / (8 * numbers))), _TOGETHER)
+        several = max(2 ** round(np.log2(_CACHE_BYTES / (8 * numbers))), FEWEST)
         return several * -(-size // several), several
-
-
-@partial(jax.jit, static_argnames=("traits", "in_flight"))
-def prepared_at(
-    process: Process,
-    method: Duhamel,
-    speeds: Float[AnyArray, " speeds"],
-    gain: Number,
-    count: Number,
-    traits: Traits,
-    in_flight: int,
-) -> Any:
-    """What of the operators is the same for all gains at each of the first ``count`` speeds; None where nothing is."""
-    if traits.structure_by_gain:
-        return None
-
-    def at(speed: Number) -> Any:
-        return method.prepare(process.system(speed, gain), not traits.present_by_gain, in_flight)
-
-    return over_few(at, together(len(speeds), _TOGETHER), count, speeds)
-
-
-@partial(jax.jit, static_argnames=("densely", "several"))
-def _with_errors(
-    process: Process,
-    prepared: Any,
-    row: Int[AnyArray, " p"],
-    speed: Float[AnyArray, " p"],
-    gain: Float[AnyArray, " p"],
-    method: Duhamel,
-    squarings: int | Int[Array, ""],
-    count: Number,
-    densely: bool,
-    several: int,
-) -> tuple[Inexact[Array, " p"], ...]:
-    """Dominant multipliers, chatter frequencies, estimated errors by nodes and by rounding, and defects, at the first
-    ``count`` points.
-    """
-
-    def point(row: Int[Array, ""], speed: Float[Array, ""], gain: Float[Array, ""]) -> tuple[Inexact[Array, ""], ...]:
-        system = process.system(speed, gain)
-        mine = method.prepare(system) if prepared is None else jax.tree.map(lambda part: part[row], prepared)
-        forces = method.forces(system)
-        pieces = method.respond(mine, system, pivoted_inverse if densely else inverse, forces)
-        matrix = method.assemble(pieces, system)
-        if densely:
-            value, vector = dense.pair_by_eigensolver(matrix)
-            pair = Pair(*map(as_pair, (value, vector, dense.left_vector(matrix, value, vector))))
-        else:
-            pair = power.pair_by_squaring(matrix, squarings)
-        motion = method.motion(mine, pieces, system, pair, forces)
-        frequency = carrier_frequency(motion.phase, motion.weight, motion.output, system.period, pair.value)
-        return as_complex(pair.value), frequency, motion.error, motion.rounding, motion.defect
-
-    return over_few(point, several, count, row, speed, gain)

@@ -16,7 +16,7 @@ from lobex._shapes import AnyArray
 from lobex._timing import timed
 from lobex.grids.choice import AUTO, AnyMethod, Auto, operator_of, tolerance_of
 from lobex.grids.evaluation import dominant_at_points
-from lobex.grids.refinement import enough_nodes
+from lobex.grids.node_counts import enough_nodes
 from lobex.grids.sweep import SweepWarning, sweep
 from lobex.limits.contour import GrowthMap, contours, doubled, on_curve, refined, with_hidden_lines
 from lobex.limits.contour_vertices import Evaluation

@@ -15,8 +15,11 @@ from lobex.floquet import dense, power
 from lobex.floquet.chatter import carrier_frequency
 from lobex.floquet.dense import Triple
 from lobex.floquet.power import Pair, as_pair
+from lobex.grids.choice import tolerance_of
 from lobex.grids.evaluation import dominant_at_points
-from lobex.grids.refinement import SPEEDS, prepared_at
+from lobex.grids.node_counts import node_counts
+from lobex.grids.one_size import prepared_at
+from lobex.grids.refinement import SPEEDS
 from lobex.limits.growth import CONVERGED, SQUARINGS, Family, find_zero_growth
 from lobex.limits.scan import Brackets
 from lobex.operators.duhamel import Duhamel
@@ -75,23 +78,39 @@ def polished(process: Process, method: Method, speeds: np.ndarray, brackets: Bra
     in_flight = samples_in_flight(process.system(np.min(speeds), 0.0))
     parts = [np.full(count, np.nan) for _ in range(_RESULTS)]
     gain, growth, slope, frequency, kind, rival, error, residual = parts
-    for nodes in np.unique(brackets.nodes):
-        sized = replace(method, nodes=int(nodes)) if isinstance(method, Duhamel) else method
-        left = np.flatnonzero(brackets.nodes == nodes)
-        for effort in _EFFORTS:
-            arrays = speeds[brackets.lane[left]], *(a[left] for a in brackets[1:5])
-            results = in_batches(partial(_polished_batch, process, sized, effort, in_flight), arrays, SPEEDS)
+    sized, size, last = _sizes(process, method, speeds, brackets.lane)
+    guess = brackets.guess.copy()
+    for index, one in enumerate(sized):
+        left = here = np.flatnonzero(size == index)
+        for effort in _EFFORTS if here.size else ():
+            arrays = speeds[brackets.lane[left]], *(a[left] for a in (*brackets[1:5], guess))
+            results = in_batches(
+                partial(_polished_batch, process, one, effort, in_flight), arrays, SPEEDS, first=_TOGETHER
+            )
             for target, result in zip(parts, results, strict=True):
                 target[left] = result
             left = left[~((np.abs(growth[left]) < CONVERGED) & (residual[left] < _RESIDUAL))]
             if not left.size:
                 break
+        coarse = here[(error[here] > tolerance_of(method)) & (index < last[here])]
+        size[coarse], guess[coarse] = index + 1, np.where(np.isfinite(gain[coarse]), gain[coarse], guess[coarse])
     converged = np.abs(growth) < CONVERGED
     if np.isnan(error[converged]).any():
         error[converged] = _from_finer(process, method, speeds[brackets.lane[converged]], gain[converged])
     with np.errstate(divide="ignore", invalid="ignore"):
         tie, moved = np.log(rival) > -TIE, np.abs(error / slope)
     return Changes(brackets.lane, np.where(converged, gain, np.nan), frequency, kind, tie & converged, moved)
+
+
+def _sizes(
+    process: Process, method: Method, speeds: np.ndarray, lane: np.ndarray
+) -> tuple[list[Method], np.ndarray, np.ndarray]:
+    """The method with each size in turn, and which of them changes in lanes (e,) begin and end with, (e,) each."""
+    if not isinstance(method, Duhamel):
+        return [method], np.zeros(len(lane), dtype=int), np.zeros(len(lane), dtype=int)
+    points = np.bincount(lane, minlength=len(speeds))
+    sizes, first, last = node_counts(process, method, speeds, points, np.min, method.tolerance)
+    return [replace(method, nodes=nodes) for nodes in sizes], first[lane], last[lane]
 
 
 def _from_finer(process: Process, method: Method, speeds: np.ndarray, gains: np.ndarray) -> np.ndarray:
@@ -129,6 +148,7 @@ def _polished(
     high: Float[Array, " p"],
     start: Float[Array, " p"],
     end: Float[Array, " p"],
+    guess: Float[Array, " p"],
     densely: bool,
 ) -> tuple[Real[Array, " p"], ...]:
     def one(
@@ -138,14 +158,15 @@ def _polished(
         high: Float[Array, ""],
         start: Float[Array, ""],
         end: Float[Array, ""],
+        guess: Float[Array, ""],
     ) -> tuple[Real[Array, ""], ...]:
         family = _family(process, method, prepared, speed, densely)
-        found = find_zero_growth(family, low, high, (start, end), squarings, densely)
+        found = find_zero_growth(family, low, high, (start, end), guess, squarings, densely)
         gain = jnp.where(jnp.isnan(found.gain), low, found.gain)
         label = _label(process, method, prepared, found.matrix, found.triple, speed, gain, squarings, densely)
         return found.gain, found.growth, found.slope, *label, found.residual
 
-    return over_few(one, together(len(speed), _TOGETHER), count, prepared, speed, low, high, start, end)
+    return over_few(one, together(len(speed), _TOGETHER), count, prepared, speed, low, high, start, end, guess)
 
 
 def _family(process: Process, method: Method, prepared: Any, speed: Number, densely: bool) -> Family:

@@ -83,6 +83,7 @@ def find_zero_growth(
     low: Float[Array, ""],
     high: Float[Array, ""],
     ends: tuple[Float[Array, ""], Float[Array, ""]],
+    guess: Float[Array, ""],
     squarings: int | Int[Array, ""],
     densely: bool = False,
 ) -> ZeroGrowth:
@@ -96,6 +97,7 @@ def find_zero_growth(
         family: the operator's matrix, (N, N), at a gain.
         low, high: the bracket.
         ends: the growth at both.
+        guess: where in it to begin.
         squarings: work of the multiplier, see ``floquet.power``.
         densely: by the dense solver instead.
     """
@@ -124,10 +126,8 @@ def find_zero_growth(
     def going(state: _Search) -> Bool[Array, ""]:
         return (state[0] < _NEWTON_STEPS) & ~(jnp.abs(state[4].growth) < _DONE) & (start * end < 0)
 
-    # Regula falsi of the ends is the first guess, kept off the ends themselves.
-    share = jnp.clip(start / (start - end), 0.02, 0.98)
     matrix = jax.eval_shape(family, low)
     nothing, vector = jnp.full_like(start, jnp.nan), jnp.zeros(matrix.shape[0], jnp.result_type(matrix.dtype, 1j))
     still = Triple(vector[0], vector, vector)
     none = ZeroGrowth(nothing, nothing, nothing, jnp.zeros(matrix.shape, matrix.dtype), still, nothing)
-    return jax.lax.while_loop(going, step, (0, low, high, low + share * (high - low), none))[4]
+    return jax.lax.while_loop(going, step, (0, low, high, jnp.clip(guess, low, high), none))[4]

@@ -12,6 +12,8 @@ from lobex.processes.process import Process
 
 _REFINEMENTS = 2
 _PARTS = 8
+# Of the growth at a sample, what its error may be: its sign is sure then, and where it may change it is polished.
+_OF_GROWTH = 0.01
 
 
 class _Samples(NamedTuple):
@@ -21,18 +23,17 @@ class _Samples(NamedTuple):
     gain: np.ndarray
     growth: np.ndarray
     error: np.ndarray
-    nodes: np.ndarray
 
 
 class Brackets(NamedTuple):
-    """Pairs of gains between which the growth changes sign, each (e,): lane, gains, growth, and nodes to use."""
+    """Pairs of gains between which the growth changes sign, each (e,): lane, gains, growth, and about where it does."""
 
     lane: np.ndarray
     low: np.ndarray
     high: np.ndarray
     start: np.ndarray
     end: np.ndarray
-    nodes: np.ndarray
+    guess: np.ndarray
 
 
 class Scan(NamedTuple):
@@ -56,24 +57,47 @@ class Scan(NamedTuple):
 def scan_gains(process: Process, method: Method, speeds: np.ndarray, gains: np.ndarray, progress: bool) -> Scan:
     """Scan increasing gains (m,) at speeds (n,), Hz; call in the scope of float64."""
     number = np.arange(len(speeds))
-    whole = dominant_over_grid(process, speeds, gains, method, progress)
+    whole = dominant_over_grid(process, speeds, gains, method, progress, _OF_GROWTH)
     lanes, columns = np.repeat(number, len(gains)), np.tile(gains, len(speeds))
-    samples = _Samples(lanes, columns, _log(whole.multiplier.ravel()), whole.error.ravel(), whole.nodes.ravel())
+    samples = _Samples(lanes, columns, _log(whole.multiplier.ravel()), whole.error.ravel())
     for _ in range(_REFINEMENTS):
         samples = _finer(process, method, speeds, samples)
-    lane, gain, growth, error, nodes = samples
+    lane, gain, growth, error = samples
     opening = np.flatnonzero((lane[1:] == lane[:-1]) & (growth[1:] * growth[:-1] < 0))
     following = opening + 1
-    most = np.maximum(nodes[opening], nodes[following])
     failed = np.full(len(speeds), np.inf)
     np.minimum.at(failed, lane[np.isnan(growth)], gain[np.isnan(growth)])
     return Scan(
         stable=growth[np.searchsorted(lane, number)] < 0,
         failed=failed,
-        brackets=Brackets(lane[opening], gain[opening], gain[following], growth[opening], growth[following], most),
+        brackets=Brackets(
+            lane[opening],
+            gain[opening],
+            gain[following],
+            growth[opening],
+            growth[following],
+            _crossing(samples, opening),
+        ),
         samples=len(lane),
         doubtful=int(np.sum((error > tolerance_of(method)) & ~(error < np.abs(growth)))),
     )
+
+
+def _crossing(samples: _Samples, opening: np.ndarray) -> np.ndarray:
+    """About where the growth is zero after samples (e,): by the cubic through the two on either side, if that lies
+    between the two beside it, else by the line through these.
+    """
+    lane, gain, growth, _ = samples
+    beside = np.clip(opening[:, None] + np.arange(-1, 3), 0, len(lane) - 1)
+    (_, low, high, _), (_, start, end, _) = gain[beside].T, growth[beside].T
+    line = low + (high - low) * start / (start - end)
+    # The gain as a function of the growth, by Lagrange; samples of other lanes, or none, make no number of it.
+    place = np.where(lane[beside] == lane[opening, None], growth[beside], np.nan)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        shares = -place[:, None] / (place[:, :, None] - place[:, None])
+        shares[:, np.arange(4), np.arange(4)] = 1
+        cubic = np.sum(gain[beside] * np.prod(shares, axis=2), axis=1)
+    return np.where((cubic > low) & (cubic < high), cubic, line)
 
 
 def _finer(process: Process, method: Method, speeds: np.ndarray, samples: _Samples) -> _Samples:
@@ -84,8 +108,8 @@ def _finer(process: Process, method: Method, speeds: np.ndarray, samples: _Sampl
     share = np.arange(1, _PARTS) / _PARTS
     lane = np.repeat(samples.lane[cells], _PARTS - 1)
     gain = (samples.gain[cells, None] + share * (samples.gain[cells + 1] - samples.gain[cells])[:, None]).ravel()
-    found = dominant_at_points(process, speeds[lane], gain, method)
-    more = _Samples(lane, gain, _log(found.multiplier), found.error, found.nodes)
+    found = dominant_at_points(process, speeds[lane], gain, method, of_growth=_OF_GROWTH)
+    more = _Samples(lane, gain, _log(found.multiplier), found.error)
     both = [np.concatenate(pair) for pair in zip(samples, more, strict=True)]
     order = np.lexsort((both[1], both[0]))
     return _Samples(*(part[order] for part in both))

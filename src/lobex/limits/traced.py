@@ -90,7 +90,8 @@ def _by_operator(process: Process, speeds: Real[AnyArray, " lanes"], gains: np.n
         before = jnp.maximum(first - 1, 0)
         ends = values[before], values[first]
         low, high = jnp.asarray(gains)[before], jnp.asarray(gains)[first]
-        change = find_zero_growth(family, low, high, ends, SQUARINGS)
+        guess = low + (high - low) * ends[0] / (ends[0] - ends[1])
+        change = find_zero_growth(family, low, high, ends, guess, SQUARINGS)
         bracketed = unstable.any() & (first > 0)
         good = bracketed & (jnp.abs(change.growth) < jnp.sqrt(jnp.finfo(values.dtype).eps) / 10)
         status = jnp.where(

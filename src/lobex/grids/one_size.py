@@ -1,0 +1,87 @@
+"""Points with one number of nodes per piece: what is the same at a speed, and the multiplier with its errors."""
+
+from functools import partial
+from typing import Any
+
+import jax
+import numpy as np
+from jaxtyping import Array, Float, Inexact, Int
+
+from lobex._batches import over_few, together
+from lobex._shapes import AnyArray, Number
+from lobex.floquet import dense, power
+from lobex.floquet.chatter import carrier_frequency
+from lobex.floquet.power import Pair, as_complex, as_pair
+from lobex.operators.duhamel import Duhamel
+from lobex.operators.elimination import inverse, pivoted_inverse
+from lobex.processes.process import Process
+from lobex.systems.traits import Traits
+
+FEWEST = 8
+"""Of what is computed side by side."""
+
+
+@partial(jax.jit, static_argnames=("traits", "in_flight"))
+def prepared_at(
+    process: Process,
+    method: Duhamel,
+    speeds: Float[AnyArray, " speeds"],
+    gain: Number,
+    count: Number,
+    traits: Traits,
+    in_flight: int,
+) -> Any:
+    """What of the operators is the same for all gains at each of the first ``count`` speeds; None where nothing is."""
+    if traits.structure_by_gain:
+        return None
+
+    def at(speed: Number) -> Any:
+        return method.prepare(process.system(speed, gain), not traits.present_by_gain, in_flight)
+
+    return over_few(at, together(len(speeds), FEWEST), count, speeds)
+
+
+@partial(jax.jit, static_argnames=("densely", "several"))
+def with_errors(
+    process: Process,
+    prepared: Any,
+    row: Int[AnyArray, " p"],
+    speed: Float[AnyArray, " p"],
+    gain: Float[AnyArray, " p"],
+    method: Duhamel,
+    squarings: int | Int[Array, ""],
+    count: Number,
+    densely: bool,
+    several: int,
+) -> tuple[Inexact[Array, " p"], ...]:
+    """Dominant multipliers, chatter frequencies, estimated errors by nodes and by rounding, and defects, at the first
+    ``count`` points.
+    """
+
+    def point(row: Int[Array, ""], speed: Float[Array, ""], gain: Float[Array, ""]) -> tuple[Inexact[Array, ""], ...]:
+        system = process.system(speed, gain)
+        mine = method.prepare(system) if prepared is None else jax.tree.map(lambda part: part[row], prepared)
+        forces = method.forces(system)
+        pieces = method.respond(mine, system, pivoted_inverse if densely else inverse, forces)
+        matrix = method.assemble(pieces, system)
+        if densely:
+            value, vector = dense.pair_by_eigensolver(matrix)
+            pair = Pair(*map(as_pair, (value, vector, dense.left_vector(matrix, value, vector))))
+        else:
+            pair = power.pair_by_squaring(matrix, squarings)
+        motion = method.motion(mine, pieces, system, pair, forces)
+        frequency = carrier_frequency(motion.phase, motion.weight, motion.output, system.period, pair.value)
+        return as_complex(pair.value), frequency, motion.error, motion.rounding, motion.defect
+
+    return over_few(point, several, count, row, speed, gain)
+
+
+def few_of_each(row: np.ndarray, few: int) -> np.ndarray:
+    """Which of the points of rows (p,) are ``few`` of each, or one more, evenly among them; all where they are not
+    twice as many.
+    """
+    order = np.argsort(row, kind="stable")
+    number = np.empty(len(row), dtype=int)
+    number[order] = np.arange(len(row)) - np.searchsorted(row[order], row[order])
+    step = np.maximum(np.bincount(row)[row] // few, 1)
+    return number % step == step // 2
