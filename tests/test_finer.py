@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from lobex._hidden import doubtful_cells
 from lobex.grids.finer import doubtful, finer
 
 PIXELS = (840.0, 540.0)
@@ -82,3 +83,14 @@ def test_flat_growth_and_failed_points_ask_for_nothing(failed):
 
 def test_two_by_two_points_are_a_map():
     assert not doubtful(SPEED[:2], GAIN[:2], np.array([[-1.0, 1.0], [-1.0, 1.0]]), 500.0).any()
+
+
+def test_a_cell_with_a_corner_between_samples_is_in_doubt_and_others_are_not():
+    place = np.linspace(0, 1, 17)
+    # The larger of a hump, above zero from 0.418 to 0.582, and a line, above zero from 0.62 on.
+    value = np.maximum(0.02 - 3 * (place - 0.5) ** 2, 3 * (place - 0.62))
+    lane = np.repeat([0, 1], 17)
+    cells = doubtful_cells(lane, np.tile(place, 2), np.concatenate([value, 1 + place]))
+    assert place[9] < 0.582 < 0.62 < place[10]
+    assert 9 in cells
+    assert set(cells) <= {7, 8, 9, 10}

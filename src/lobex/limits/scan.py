@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from lobex._hidden import hidden_sign_changes
+from lobex._hidden import doubtful_cells, hidden_sign_changes
 from lobex.grids.choice import tolerance_of
 from lobex.grids.evaluation import dominant_at_points, dominant_over_grid
 from lobex.operators.operator import Method
@@ -12,6 +12,8 @@ from lobex.processes.process import Process
 
 _REFINEMENTS = 2
 _PARTS = 8
+# Growth beyond this is not about to change sign, however it bends.
+_FAR = 1.0
 # Of the growth at a sample, what its error may be: its sign is sure then, and where it may change it is polished.
 _OF_GROWTH = 0.01
 
@@ -102,7 +104,9 @@ def _crossing(samples: _Samples, opening: np.ndarray) -> np.ndarray:
 
 def _finer(process: Process, method: Method, speeds: np.ndarray, samples: _Samples) -> _Samples:
     """More samples where a pair of changes may hide."""
-    cells, _ = hidden_sign_changes(*samples[:3])
+    lane, gain, growth, _ = samples
+    bent = doubtful_cells(lane, gain, np.clip(growth, -_FAR, _FAR))
+    cells = np.union1d(hidden_sign_changes(lane, gain, growth)[0], bent)
     if not cells.size:
         return samples
     share = np.arange(1, _PARTS) / _PARTS
