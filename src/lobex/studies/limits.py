@@ -66,10 +66,10 @@ def critical_gain(
     the number of unstable roots at all gains: nothing is scanned, and the limits are good to rounding.
 
     With an operator, a scan of ``scan`` equally spaced gains brackets the sign changes of log max|μ|; cells in which
-    the neighbours' slopes point across zero are divided further. Newton's method with the derivative of the
-    dominant multiplier then polishes every change, of all speeds side by side, within its bracket. An instability
-    that begins and ends between two scanned gains without showing in the slopes beside it is missed: take a finer
-    scan.
+    the neighbours' slopes point across zero, or differ by enough to bend it across, are divided further. Newton's
+    method with the derivative of the dominant multiplier then polishes every change, of all speeds side by side,
+    within its bracket. An instability that begins and ends between two scanned gains without showing in the slopes
+    beside it is missed: take a finer scan.
 
     Under ``jit``, ``grad`` or ``vmap`` of speed or process the lowest limit alone is found: by D-subdivision of ``Rub``
     and ``Turning`` in one direction, else with an operator of fixed size. ``gain`` carries the derivative by the
