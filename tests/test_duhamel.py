@@ -19,7 +19,7 @@ from lobex.operators.response import forced_response, gauss_nodes, quickness
 
 @jax.jit
 def _moments(block):
-    phases = cell_phases(np.array([0.0, 1.0])).ravel()
+    phases = cell_phases(np.ones(1)).ravel()
     samples = exponential(phases[:, None, None] * block)
     return exponential_moments(block, exponential(block), samples, 14)
 

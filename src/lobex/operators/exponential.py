@@ -37,8 +37,10 @@ def _exponential_2x2(matrix: Float[AnyArray, "*lanes 2 2"]) -> Float[Array, "*la
     odd = jnp.where(small, _polynomial(_ODD, q), jnp.where(real, (1 - decay) / (2 * root), jnp.sin(root) / root))
     growth = jnp.exp(half_trace + jnp.where(real, root, 0.0))
     even, odd = growth * even, growth * odd
-    entries = jnp.stack([even + odd * half, odd * b, odd * c, even - odd * half], axis=-1)
-    return entries.reshape(*jnp.shape(a), 2, 2)
+    # As sums of matrices: an entry at a time, XLA would compute the functions for each of them.
+    even, odd, middle = (part[..., None, None] for part in (even, odd, half_trace))
+    unit = jnp.eye(2, dtype=jnp.result_type(matrix))
+    return jnp.add(even * unit, odd * (matrix - middle * unit))
 
 
 def _polynomial(coefficients: list[float], x: float | Float[AnyArray, "..."]) -> float | Float[AnyArray, "..."]:

@@ -18,10 +18,10 @@ def legendre_values(points: np.ndarray, count: int) -> np.ndarray:
     return np.polynomial.legendre.legvander(2 * np.asarray(points) - 1, count - 1)
 
 
-def cell_phases(edges: np.ndarray) -> np.ndarray:
-    """Where exponential_moments samples the cells between edges: (cells, samples), measured back from each end."""
+def cell_phases(widths: np.ndarray) -> np.ndarray:
+    """Where exponential_moments samples cells of widths: (cells, samples), measured back from each end."""
     points = np.polynomial.legendre.leggauss(_SAMPLES)[0]
-    return np.diff(edges)[:, None] * (1 - points) / 2
+    return widths[:, None] * (1 - points) / 2
 
 
 def exponential_moments(

@@ -23,6 +23,9 @@ _FEWEST, _MOST = 16, 2048
 # term is below 1e-15.
 _TERMS = 14
 
+# Decimals to which widths of cells, in pieces, are the same.
+_DIGITS = 14
+
 # Of a wave that is followed the nodes miss less.
 _FOLLOWED = 1e-2
 
@@ -88,15 +91,17 @@ def forced_response(
     points = own if recalled is None else np.union1d(own, recalled)
     edges, coefficients = _cells(nodes, tuple(points))
     count = len(points)
+    # The points lie symmetrically: cells that are as wide as each other share all but their forces.
+    widths, alike = np.unique(np.round(np.diff(edges), _DIGITS), return_inverse=True)
     # One exponential for all: to the points and the end, over the cells, and at the samples within them.
-    samples = cell_phases(edges)
-    phases = np.concatenate([edges[1:], np.diff(edges), samples.T.ravel()])
+    samples = cell_phases(widths)
+    phases = np.concatenate([edges[1:], widths, samples.T.ravel()])
     flights = exponential((system.period * length * phases)[:, None, None, None] * blocks)
-    by_start, flight, samples = jnp.split(flights, [count + 1, 2 * count + 2])
-    samples = samples.reshape(-1, count + 1, n, s, s)
-    duration = (system.period * length * np.diff(edges))[:, None, None, None]
+    by_start, flight, samples = jnp.split(flights, [count + 1, count + 1 + len(widths)])
+    samples = samples.reshape(-1, len(widths), n, s, s)
+    duration = (system.period * length * widths)[:, None, None, None]
     moments = exponential_moments(duration * blocks, flight, samples, coefficients.shape[1])
-    moments = duration * moments @ inputs
+    moments = (duration * moments @ inputs)[:, alike]
     added = jnp.einsum("kcnae,ckj->cnaje", moments, coefficients)
 
     def over_cell(
@@ -107,7 +112,7 @@ def forced_response(
         return state, state
 
     dtype = jnp.result_type(added)
-    _, by_force = jax.lax.scan(over_cell, jnp.zeros((n, s, nodes, e), dtype), (flight, added))
+    _, by_force = jax.lax.scan(over_cell, jnp.zeros((n, s, nodes, e), dtype), (flight[alike], added))
 
     def seen(
         outputs: Float[AnyArray, "n r s"], where: np.ndarray
