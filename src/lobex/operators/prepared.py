@@ -53,7 +53,11 @@ def prepare(system: DelaySystem, nodes: int, in_flight: int) -> Prepared:
     """The structure's part, with q = ``nodes`` and free vibrations sampled ``in_flight`` times."""
     mesh = mesh_of(system)
     fine = None if mesh.to_nodes else points_between(nodes)
-    response = jax.vmap(lambda length: forced_response(system, length, nodes, fine))(mesh.length)
+    # Of pieces as long as each other one, where that is known.
+    first, same = np.unique(mesh.as_long_as, return_inverse=True)
+    response = jax.vmap(lambda length: forced_response(system, length, nodes, fine))(mesh.length[first])
+    if len(first) < mesh.pieces:
+        response = jax.tree.map(lambda part: part[same], response)
     landed = onward = jnp.concatenate([response.through, response.push], axis=2)
     flights = None
     if mesh.gap is not None:

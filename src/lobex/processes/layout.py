@@ -12,7 +12,7 @@ from lobex.processes.engagement import parts_of
 from lobex.processes.teeth import Parts
 from lobex.structures.modes_over_speed import ModesOverSpeed
 from lobex.structures.rotating_modes import AnyModes
-from lobex.systems.mesh import places_by_angle, places_that_matter
+from lobex.systems.known_places import places_by_angle, places_that_matter
 from lobex.systems.system import Places
 
 
@@ -22,7 +22,7 @@ class Layout(NamedTuple):
     Attributes:
         parts: of a straight tooth's, in the cut or idle.
         shortest, longest: delay, in periods, or less and more.
-        places: where pieces end, as ``mesh.places_that_matter`` says.
+        places: where pieces end, as ``known_places`` says.
         repeats, cycles: how often the teeth repeat, and in how many variations of the speed, until both come back.
     """
 

@@ -5,6 +5,7 @@ for the others, and for those that cut at the same time. Of most cutters these p
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 from functools import partial
 
 import jax
@@ -16,13 +17,19 @@ from lobex._namespace import namespace
 from lobex._shapes import AnyArray
 from lobex.systems.coefficients import AS_ONE, in_period
 from lobex.systems.delays import ConstantDelay, Share
-from lobex.systems.links import Link
-from lobex.systems.system import Closed, DelaySystem
+from lobex.systems.links import Link, due_from_before
+from lobex.systems.system import Closed, DelaySystem, Places
 
 # A phase, the jump that it comes from, and how often each delay carries it.
 _Place = tuple[float, int, tuple[int, ...]]
 # Of pieces that are written out one by one.
 _MOST = 24
+# Nodes that a piece takes, however short, and besides those for a period: for in how many parts it is best cut alone.
+_NODES, _NODES_A_PERIOD, _MOST_PARTS = 5, 30, 6
+# Of a piece.
+_ROUNDING = 1e-6
+# Of the period, by how much pieces that are one may differ by numbers that are not quite those that they were found of.
+_UNLIKE = 1e-6
 
 
 def closed_places(system: DelaySystem, jumps: np.ndarray) -> Closed | None:
@@ -45,7 +52,74 @@ def closed_places(system: DelaySystem, jumps: np.ndarray) -> Closed | None:
     start = np.array([place for place, _, _ in found])
     length = np.diff(start, append=start[0] + 1)
     links = _links(system, start, length, shares)
-    return None if links is None else Closed(tuple((origin, counts) for _, origin, counts in found), links)
+    if links is None:
+        return None
+    parts = _parts(length)
+    closed = Closed(tuple((origin, counts) for _, origin, counts in found), parts, _between_parts(links, parts))
+    return _begun_lightly(system, closed)
+
+
+def _parts(length: np.ndarray) -> tuple[int, ...]:
+    """In how many equal parts pieces are best cut, where all have the same number of nodes: as many as the longest asks
+    for, and few together.
+    """
+
+    def cut(widest: float) -> np.ndarray:
+        return np.maximum(np.ceil(length / widest - _ROUNDING), 1).astype(int)
+
+    shares = np.outer(length, 1 / np.arange(1, _MOST_PARTS + 1)).ravel()
+    made = [(np.sum(cut(widest)) * (_NODES + _NODES_A_PERIOD * widest), widest) for widest in shares if widest > AS_ONE]
+    made = [(cost, widest) for cost, widest in made if np.sum(cut(widest)) <= _MOST]
+    return tuple(map(int, cut(min(made)[1])))
+
+
+def _between_parts(links: tuple[Link, ...], parts: tuple[int, ...]) -> tuple[Link, ...]:
+    """Links between parts of pieces, of which each leaves what acts in one."""
+    first, count, whole = np.cumsum(parts) - parts, len(parts), sum(parts)
+
+    def between(link: Link) -> Iterator[Link]:
+        turns, reader = divmod(link.piece + link.later, count)
+        later = int(first[reader] + whole * turns - first[link.piece])
+        for part in range(parts[link.piece]):
+            yield link._replace(piece=int(first[link.piece]) + part, later=later)
+
+    return tuple(sorted(each for link in links for each in between(link)))
+
+
+def _begun_lightly(system: DelaySystem, closed: Closed) -> Closed:
+    """The same, begun at the place before which the past has least due."""
+    count, before = sum(closed.parts), np.cumsum(closed.parts) - closed.parts
+    apart = bool(replace(system, places=Places((), 1, True, closed)).chips)
+
+    def begun(place: int) -> tuple[Link, ...]:
+        return tuple(sorted(link._replace(piece=int(link.piece - before[place]) % count) for link in closed.links))
+
+    def due(place: int) -> int:
+        links = [link._replace(kind=link.delay) if apart else link for link in begun(place)]
+        return len(due_from_before(tuple(links), count))
+
+    first = min(range(len(before)), key=due)
+    places, parts = closed.places, closed.parts
+    return Closed(places[first:] + places[:first], parts[first:] + parts[:first], begun(first))
+
+
+def between_closed(
+    system: DelaySystem, jumps: Float[AnyArray, " b"]
+) -> tuple[Float[AnyArray, " M"], Float[AnyArray, " M"]]:
+    """Starts and lengths of the pieces between the closed places of a system that jumps at phases, (b,)."""
+    assert system.closed is not None
+    origins, carried = zip(*system.closed.places, strict=True)
+    shares = shares_of(system)
+    lib = namespace(jumps, shares)
+    place = in_period(jumps[np.array(origins)] + np.array(carried) @ shares)
+    length = in_period(place[1:] - place[:-1])
+    length = lib.concatenate([length, 1 - lib.sum(length, keepdims=True)]) / np.array(system.closed.parts)
+    length = length[np.repeat(np.arange(len(place)), system.closed.parts)]
+    # Of other numbers than those that they are of, they are in another order, or do not match: no number, then.
+    links = np.array([(link.piece, (link.piece + link.later) % len(length)) for link in system.closed.links])
+    unlike = lib.abs(length[links[:, 0]] - length[links[:, 1]])
+    known = lib.all(length > -AS_ONE) & lib.all(unlike < _UNLIKE)
+    return place[0] + lib.cumsum(length) - length, lib.where(known, length, lib.nan)
 
 
 def shares_of(system: DelaySystem) -> Float[AnyArray, " K"]:

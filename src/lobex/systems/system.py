@@ -41,10 +41,12 @@ class Closed(NamedTuple):
 
     Attributes:
         places: of each the jump that it comes from, and how often each of ``DelaySystem.delays`` carries it, in order.
-        links: which pieces between them leave what acts in which.
+        parts: into how many equal pieces each part of the period that begins at them is cut.
+        links: which of these pieces leave what acts in which.
     """
 
     places: tuple[tuple[int, tuple[int, ...]], ...]
+    parts: tuple[int, ...]
     links: tuple[Link, ...]
 
 
@@ -93,7 +95,7 @@ class DelaySystem:
         remembered: the columns of D per block, shape (n, m, s): what acts later. None where it is y.
         longest: the longest delay, in periods, or more: so far back a method remembers.
         shortest: the shortest delay, in periods, or less.
-        places: where pieces have to end, of all places where they may, see ``mesh.places_that_matter``; None for all.
+        places: where pieces have to end, of all places where they may, see ``known_places``; None for all.
     """
 
     blocks: Float[AnyArray, "n s s"]
