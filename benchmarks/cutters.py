@@ -33,6 +33,7 @@ CUTTERS: dict[str, dict[str, Any]] = {
     "90-90-90-90": {"teeth": 4},
     "70-110-70-110": {"pitch_degrees": PITCH},
     "90-90-90-90, helix 30°": {"teeth": 4, "helix_degrees": 30.0},
+    "70-110-70-110, helix 30°": {"pitch_degrees": PITCH, "helix_degrees": 30.0},
 }
 STEPS = 40, 80, 160
 # Gains of a scan, and of one that tells whether it missed an island.

@@ -61,6 +61,36 @@ def test_node_to_node_is_what_is_looked_up_between_the_nodes(pitch, immersion):
     assert closed[:6] == pytest.approx(apart[:6], rel=1e-9)
 
 
+HELICAL = lobex.Milling(TOOL, lobex.Cutter.end_mill(0.016, pitch_degrees=[150, 210], helix_degrees=30.0), 6e8, 2e8, 0.4)
+
+
+def test_node_to_node_is_what_is_looked_up_between_the_nodes_with_a_helix_too():
+    ((laid, served),) = HELICAL.by_gain(np.array([0.0, 2e-3]))
+    assert served.all()
+    closed, apart = largest(laid), largest(HELICAL)
+    assert len(closed) < len(apart) / 2
+    assert closed[:6] == pytest.approx(apart[:6], rel=1e-9)
+
+
+def test_places_of_a_helix_are_in_one_order_between_two_depths():
+    """Edges end where others begin at some depths, beyond which they are in another order."""
+    depths = np.linspace(0, 0.02, 201)
+    forms = list(HELICAL.by_gain(depths))
+    assert len(forms) > 1
+    assert np.all(sum(served.astype(int) for _, served in forms) <= 1)
+    delays = [150 / 360, 210 / 360]
+    with jax.enable_x64(True):
+        for form, served in forms:
+            for depth in depths[served][[0, -1]]:
+                mesh = mesh_of(form.system(100.0, depth))
+                assert np.min(mesh.length) > -1e-9
+                assert np.sum(mesh.length) == pytest.approx(1, abs=1e-12)
+                for link in mesh.links:
+                    turns, reader = divmod(link.piece + link.later, mesh.pieces)
+                    left = mesh.start[reader] + turns - delays[link.delay]
+                    assert left == pytest.approx(mesh.start[link.piece], abs=1e-8)
+
+
 def test_other_methods_know_no_places_that_are_closed():
     """They look up where no force acts as well."""
     process = mill([100, 120, 140], 0.3)

@@ -15,7 +15,7 @@ from lobex._shapes import AnyArray, Number
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.floquet import dense, power
 from lobex.grids.dominant import Dominant
-from lobex.grids.refinement import refined_at_points, refined_over_grid
+from lobex.grids.over_forms import refined_at_points, refined_over_grid
 from lobex.operators.duhamel import Duhamel
 from lobex.operators.operator import Method
 from lobex.processes.process import Process

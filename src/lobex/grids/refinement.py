@@ -40,30 +40,7 @@ SPEEDS = 32
 _SMALL = 400
 
 
-def refined_over_grid(
-    process: Process, speeds: np.ndarray, gains: np.ndarray, method: Duhamel, progress: bool, of_growth: float = 0.0
-) -> Dominant:
-    """Over the grid of speeds (n,) and gains (m,), shape (n, m); what is enough ``of_growth`` says ``evaluation``."""
-    shape = (len(speeds), len(gains))
-    row, column = (index.ravel() for index in np.indices(shape))
-    result = _Refinement(process, method, of_growth=of_growth).run(speeds, row, gains[column], progress)
-    return Dominant(*(part.reshape(shape) for part in result))
-
-
-def refined_at_points(
-    process: Process,
-    speeds: np.ndarray,
-    gains: np.ndarray,
-    method: Duhamel,
-    every_mode: bool = False,
-    of_growth: float = 0.0,
-) -> Dominant:
-    """At the points (speeds[i], gains[i]), shape (p,); begun with nodes for the first mode, or for ``every_mode``."""
-    unique, row = np.unique(speeds, return_inverse=True)
-    return _Refinement(process, method, every_mode, of_growth).run(unique, row, gains, progress=False)
-
-
-class _Refinement:
+class Refinement:
     """One process and method at points."""
 
     def __init__(self, process: Process, method: Duhamel, every_mode: bool = False, of_growth: float = 0.0) -> None:
@@ -146,7 +123,7 @@ class _Slab:
     """Points of a few speeds, and what is known about each: results, defect, and the size that they have."""
 
     def __init__(
-        self, whole: _Refinement, speeds: np.ndarray, row: np.ndarray, gain: np.ndarray, number: int = 0
+        self, whole: Refinement, speeds: np.ndarray, row: np.ndarray, gain: np.ndarray, number: int = 0
     ) -> None:
         self.whole, self.speeds, self.row, self.gain = whole, speeds, row, gain
         # Each device has programs of its own.

@@ -1,8 +1,10 @@
 """What is known of a period of milling before tracing: where pieces end, and how far back delays reach."""
 
+from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import numpy as np
+from jaxtyping import Bool, Float
 
 from lobex import _checks
 from lobex._float64 import at_once
@@ -12,7 +14,8 @@ from lobex.processes.engagement import parts_of
 from lobex.processes.teeth import Parts
 from lobex.structures.modes_over_speed import ModesOverSpeed
 from lobex.structures.rotating_modes import AnyModes
-from lobex.systems.known_places import places_by_angle, places_that_matter
+from lobex.systems.known_places import closed_by_angle, places_by_angle, places_that_matter
+from lobex.systems.mesh import mesh_of
 from lobex.systems.system import Places
 
 
@@ -22,7 +25,7 @@ class Layout(NamedTuple):
     Attributes:
         parts: of a straight tooth's, in the cut or idle.
         shortest, longest: delay, in periods, or less and more.
-        places: where pieces end, as ``known_places`` says.
+        places: where pieces end, as ``known_places.places_that_matter`` says.
         repeats, cycles: how often the teeth repeat, and in how many variations of the speed, until both come back.
     """
 
@@ -77,6 +80,31 @@ def places_of(process: Any) -> Places | None:
         system = process.system(_some_speed(process.modes), 1.0)
         # With a helix they move with the depth.
         return places_that_matter(system) if straight else places_by_angle(system, process.layout.repeats)
+
+
+def layouts_by_depth(process: Any, depths: Float[np.ndarray, " p"]) -> Iterator[tuple[Layout, Bool[np.ndarray, " p"]]]:
+    """Layouts of edges with a helix in which delays carry places to one another, each with the depths, m, that it is
+    for: those at which the places are in one order, which they keep between two of them. Some depths may be in none.
+    """
+    cutter, left = process.cutter, np.ones(np.shape(depths), dtype=bool)
+    moving = cutter.helix is not None and cutter.one_helix and process.speed_variation is None
+    if _checks.is_traced(process) or not moving:
+        return
+    speed = _some_speed(process.modes)
+    while left.any():
+        deepest = depths[left].max()
+        with at_once():
+            places = closed_by_angle(process.system(speed, deepest), process.layout.repeats)
+            if places is None:
+                # Of deeper cuts, whose edges are in more places.
+                left &= depths < deepest / 2
+                continue
+            layout = process.layout._replace(places=places)
+            laid, shallower = process.with_layout(layout), np.unique(depths[left])
+            fits = [bool(np.isfinite(mesh_of(laid.system(speed, depth)).length).all()) for depth in shallower]
+        served = left & (depths >= shallower[np.argmax(fits)])
+        yield layout, served
+        left &= ~served
 
 
 def _straight(cutter: Cutter) -> bool:

@@ -1,5 +1,6 @@
 """Milling in one or two directions, (3.24)-(3.29), with any pitch and helix."""
 
+from collections.abc import Iterator
 from copy import copy
 from dataclasses import replace
 from typing import Any, ClassVar
@@ -7,7 +8,7 @@ from typing import Any, ClassVar
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Real
+from jaxtyping import Array, Bool, Float, Real
 
 from lobex import _checks
 from lobex._float64 import in_float64
@@ -19,7 +20,7 @@ from lobex.processes.cutting_force import CuttingForce, of_force
 from lobex.processes.edge_points import doubt_of_points, radians_along
 from lobex.processes.engagement import arc_of, cutting_angles
 from lobex.processes.feed import with_feed
-from lobex.processes.layout import UNKNOWN, Layout, in_octaves, layout_of, places_of
+from lobex.processes.layout import UNKNOWN, Layout, in_octaves, layout_of, layouts_by_depth, places_of
 from lobex.processes.process import check_point
 from lobex.processes.process_damping import ProcessDamping, check_damping, with_damping
 from lobex.processes.quantity import DEPTH_OF_CUT, SPEED_UNITS, Quantity
@@ -219,6 +220,16 @@ class Milling:
         radians = radians_along(np.asarray(self.cutter.twist), exit_ - entry, np.max(gain), fastest)
         return doubt_of_points(radians, self.heights, _MOST_HEIGHTS)
 
+    def with_layout(self, layout: Layout) -> "Milling":
+        """The same with what else is known before tracing."""
+        made = copy(self)
+        object.__setattr__(made, "layout", layout)
+        return made
+
+    def by_gain(self, gains: Float[np.ndarray, " p"]) -> Iterator[tuple["Milling", Bool[np.ndarray, " p"]]]:
+        """Forms in which more is known of where pieces end, each with the depths, m, that it is for."""
+        return ((self.with_layout(layout), served) for layout, served in layouts_by_depth(self, gains))
+
     def _in_pieces(self) -> "Milling":
         """The same with what a period in one piece hides, and with jumps at one place that may part."""
         places, changes = self.layout.places, {}
@@ -226,10 +237,8 @@ class Milling:
             changes = {"parts": None, "places": None}
         elif places is not None:
             changes = {"places": places.as_they_move}
-        made = copy(self)
         # What is known before tracing stays so.
-        object.__setattr__(made, "layout", self.layout._replace(**changes))
-        return made
+        return self.with_layout(self.layout._replace(**changes))
 
     @property
     def engagement(self) -> tuple[Number, Number]:

@@ -1,8 +1,10 @@
 """What every process is, and the checks of the point (speed, gain) at which it is asked for."""
 
+from collections.abc import Iterator
 from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
+from jaxtyping import Bool, Float
 
 from lobex import _checks
 from lobex._pytree import check_pytree
@@ -16,7 +18,8 @@ from lobex.systems.system import DelaySystem
 class Process(Protocol):
     """A delayed process: speed (revolutions per second) and gain in, a delay system out.
 
-    A pytree of numbers. ``differentiable``, if there is one, is what ``processes.process.differentiable`` asks for.
+    A pytree of numbers. ``differentiable`` and ``by_gain``, if there are, are what the functions of
+    these names ask for.
 
     Attributes:
         gain: what the gain is.
@@ -52,6 +55,14 @@ def differentiable(process: Process) -> tuple[tuple[float, Process], ...]:
     """
     own = getattr(process, "differentiable", None)
     return ((1.0, process),) if own is None else own()
+
+
+def by_gain(process: Process, gains: Float[np.ndarray, " p"]) -> Iterator[tuple[Process, Bool[np.ndarray, " p"]]]:
+    """Forms of a process that a method makes smaller operators of, each with the gains that it is for: none, unless it
+    knows better.
+    """
+    own = getattr(process, "by_gain", None)
+    return iter(()) if own is None else own(gains)
 
 
 def check_speed(process: Any, speed: Any) -> None:

@@ -16,7 +16,7 @@ from jaxtyping import Array, Bool, Float
 from lobex._namespace import namespace
 from lobex._shapes import AnyArray
 from lobex.systems.coefficients import AS_ONE, in_period
-from lobex.systems.delays import ConstantDelay, Share
+from lobex.systems.delays import ConstantDelay, Share, WholePeriod
 from lobex.systems.links import Link, due_from_before
 from lobex.systems.system import Closed, DelaySystem, Places
 
@@ -36,7 +36,7 @@ def closed_places(system: DelaySystem, jumps: np.ndarray) -> Closed | None:
     """The places to which jumps at phases, (b,), are carried by delays that act there, to and fro, of a system of known
     numbers; None where they are many, or delays not constant.
     """
-    if not all(type(delay) in (Share, ConstantDelay) for delay in system.delays):
+    if not all(type(delay) in (WholePeriod, Share, ConstantDelay) for delay in system.delays):
         return None
     shares = np.asarray(shares_of(system))
     none: tuple[int, ...] = (0,) * len(shares)

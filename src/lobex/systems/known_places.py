@@ -46,6 +46,17 @@ def places_by_angle(system: DelaySystem, repeats: int) -> Places:
     return Places(tuple(range(every)), every // repeats + 1, False)
 
 
+def closed_by_angle(system: DelaySystem, repeats: int) -> Places | None:
+    """The same with those that delays carry to one another, in the order that they have at the gain of ``system``; None
+    where these are many.
+    """
+    places = places_by_angle(system, repeats)
+    closed = closed_places(system, np.asarray(phases_of_jumps(system)))
+    if closed is None or len(due_from_before(closed.links, sum(closed.parts))) > places.reach:
+        return None
+    return places._replace(closed=closed)
+
+
 def _bending(system: DelaySystem, generations: list[np.ndarray]) -> np.ndarray:
     """Whether a force acts at each place, and acted at the one of which it is the image, and so on; of all in turn."""
     bent = [np.ones(len(generations[0]), dtype=bool)]
