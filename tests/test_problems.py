@@ -152,6 +152,8 @@ PIECES = {
 }
 
 
+# That nodes are few is said.
+@pytest.mark.filterwarnings("ignore::lobex.SweepWarning")
 @pytest.mark.parametrize("kind", with_long(PIECES, set(PIECES) - set(QUICK)))
 def test_duhamel_is_of_twice_the_order_of_its_nodes(kind):
     problem = ONE[kind]
