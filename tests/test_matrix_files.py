@@ -1,5 +1,7 @@
 """Matrices from files: Matrix Market, and Nastran's DMIG in all its fields."""
 
+import gzip
+
 import numpy as np
 import pytest
 import scipy.io
@@ -73,9 +75,13 @@ def test_a_matrix_market_file_comes_back(tmp_path):
     assert lobex.read_matrix_market(path).toarray() == pytest.approx(STIFFNESS)
     scipy.io.mmwrite(path, MASS)
     assert lobex.read_matrix_market(path).toarray() == pytest.approx(MASS)
+    # As Fortran writes them.
+    path.write_text("%%MatrixMarket matrix coordinate real general\n2 2 2\n1 1 1.5D+03\n2 2 2.5d-01\n")
+    assert lobex.read_matrix_market(path).toarray().tolist() == [[1500.0, 0.0], [0.0, 0.25]]
 
 
 HEAD = "DMIG,K,0,6,1,0\n"
+COORDINATES = "%%MatrixMarket matrix coordinate real general\n"
 
 
 @pytest.mark.parametrize(
@@ -89,6 +95,14 @@ HEAD = "DMIG,K,0,6,1,0\n"
         ("DMIG,K,0,six,1,0\n", "line 1: form = 'six' is no whole number"),
         (HEAD + "DMIG,K,7,1,,7,1,stiff\n", "line 2: value = 'stiff' is no number"),
         (HEAD + "DMIG,K,7,x,,7,1,1.0\n", "line 2: component = 'x' is no whole number"),
+        (HEAD + "DMIG,K,7,1,,7,1,nan\n", "line 2: value = 'nan' is no number"),
+        (HEAD + "DMIG,K,7,1,,7,1,1+999\n", "line 2: value = '1+999' is no number"),
+        (HEAD + "DMIG,K,7,7,,7,1,1.0\n", "line 2: component = 7 is none; give 0 to 6"),
+        (HEAD + "DMIG,K,-7,1,,7,1,1.0\n", "line 2: grid point = -7 is none; give 1 to 99999999"),
+        (HEAD + f"DMIG,K,7,1,,{10**30},1,1.0\n", f"line 2: grid point = {10**30} is none"),
+        (HEAD + "DMIG,K,7,1,,7,1,1.0,,7,2,2.0\n", "line 2: '2' lies beyond the 10 fields of a line"),
+        (HEAD + HEAD, "line 2: matrix K has a second head"),
+        (HEAD, "has no DMIG entries"),
         (HEAD + "DMIG,K,7,1,,7,2,1.0\nDMIG,K,7,2,,7,1,1.0\n", "line 3: matrix K has two entries of row (7, 1)"),
     ],
 )
@@ -107,6 +121,10 @@ def test_entries_are_refused_in_one_line(text, words, tmp_path):
         ("", "is no Matrix Market"),
         ("mass and stiffness\n", "is no Matrix Market"),
         ("%%MatrixMarket matrix coordinate real general\n2 2 1\n1 1\n", "is no Matrix Market"),
+        (COORDINATES + "2 2 99999999999\n1 1 1.0\n", "is no Matrix Market (Unable to allocate"),
+        (COORDINATES + "1 1 1\n1 1 nan\n", "line 3: 'nan' is no number"),
+        (COORDINATES + "1 1 1\n1 1 1,5\n", "line 3: ',5' is no number, or part of none"),
+        (COORDINATES + "1 1 2\n1 1 1.0\n1 1 2.0\n", "has two entries of a row and column"),
         ("%%MatrixMarket matrix coordinate complex general\n1 1 1\n1 1 1.0 2.0\n", "has a complex matrix"),
         (
             "%%MatrixMarket matrix array real general\n1 2\n1.0\n2.0\n",
@@ -132,3 +150,14 @@ def test_what_is_no_file_is_refused(read, tmp_path):
     binary.write_bytes(bytes(range(128, 256)))
     with pytest.raises(ValueError, match=r"is no (text|Matrix Market)"):
         getattr(lobex, read)(binary)
+
+
+def test_a_packed_matrix_that_is_damaged_is_refused(tmp_path):
+    path = tmp_path / "mass.mtx.gz"
+    packed = gzip.compress(b"%%MatrixMarket matrix array real general\n1 1\n1.0\n")
+    path.write_bytes(packed)
+    assert lobex.read_matrix_market(path).toarray() == [[1.0]]
+    for damaged in (packed[:-9], packed[:10] + bytes(range(255, 0, -1)), b"mass"):
+        path.write_bytes(damaged)
+        with pytest.raises(ValueError, match=r"^path = .* cannot be read"):
+            lobex.read_matrix_market(path)

@@ -13,6 +13,8 @@ from lobex import _checks
 
 SQUARE, SYMMETRIC = 1, 6
 _REAL = (1, 2)
+# Grid points have at most eight digits, and components are six.
+_LAST = {"grid point": 10**8 - 1, "component": 6}
 # Such as 1.5-3, which is 1.5e-3.
 _SHORT = re.compile(r"(?<=[0-9.])([+-][0-9]+)$")
 
@@ -54,18 +56,18 @@ def read_dmig(path: str | os.PathLike[str]) -> Dmig:
     """
     place = _checks.place("path", path)
     try:
-        lines = place.read_text(encoding="utf-8").splitlines()
+        lines = place.read_text(encoding="utf-8-sig").splitlines()
     except OSError as error:
         raise ValueError(f"path = {str(path)!r} cannot be read ({error.strerror}); give a text file") from None
     except UnicodeDecodeError:
         raise ValueError(f"path = {str(path)!r} is no text; give DMIG entries, not a binary file of results") from None
     found: dict[str, _Matrix] = {}
-    for number, fields in _entries(lines):
+    for number, entry in _entries(lines):
         try:
-            _take(found, fields)
+            _take(found, [field for line in entry for field in _fields(line)])
         except ValueError as error:
             raise ValueError(f"path = {str(path)!r}, line {number}: {error}") from None
-    if not found:
+    if not any(matrix.entries for matrix in found.values()):
         raise ValueError(f"path = {str(path)!r} has no DMIG entries; punch the matrices, such as by EXTSEOUT(DMIGPCH)")
     dof = sorted({end for matrix in found.values() for entry in matrix.entries for end in entry})
     row = {end: index for index, end in enumerate(dof)}
@@ -73,24 +75,24 @@ def read_dmig(path: str | os.PathLike[str]) -> Dmig:
 
 
 def _entries(lines: list[str]) -> Iterator[tuple[int, list[str]]]:
-    """Of every DMIG entry the number of its first line and its fields, those of continuations behind each other."""
-    first, fields = 0, []
+    """Of every DMIG entry the number of its first line, and its lines without comments."""
+    first, entry = 0, []
     for number, line in enumerate(lines, 1):
         text = line.split("$")[0].rstrip()
         if not text:
             continue
         card = re.split(r"[ ,\t]", text[:8].strip() or " ")[0].upper()
         if card.rstrip("*") == "DMIG":
-            if fields:
-                yield first, fields
-            first, fields = number, _fields(text)
-        elif fields and (text[0] in " +*,"):
-            fields = fields + _fields(text)
-        elif fields:
-            yield first, fields
-            fields = []
-    if fields:
-        yield first, fields
+            if entry:
+                yield first, entry
+            first, entry = number, [text]
+        elif entry and (text[0] in " +*,"):
+            entry = [*entry, text]
+        elif entry:
+            yield first, entry
+            entry = []
+    if entry:
+        yield first, entry
 
 
 def _fields(line: str) -> list[str]:
@@ -98,7 +100,11 @@ def _fields(line: str) -> list[str]:
     large = "*" in line[:8]
     count = 4 if large else 8
     if "," in line:
-        parts = [part.strip() for part in line.split(",")][1 : count + 1]
+        # The field behind these names the continuation.
+        parts = [part.strip() for part in line.split(",")][1:]
+        if beyond := [part for part in parts[count + 1 :] if part]:
+            raise ValueError(f"{beyond[0]!r} lies beyond the {count + 2} fields of a line; continue on another")
+        parts = parts[:count]
     else:
         width = 64 // count
         body = line.expandtabs(8)[8:72]
@@ -109,8 +115,9 @@ def _fields(line: str) -> list[str]:
 def _take(found: dict[str, _Matrix], fields: list[str]) -> None:
     """One entry: the head of a matrix, whose second field is 0, or the terms of a column."""
     name = fields[0].upper()
-    point = _integer("grid point", fields[1])
-    if point == 0 and name not in found:
+    if _integer("grid point", fields[1]) == 0:
+        if name in found:
+            raise ValueError(f"matrix {name} has a second head; give one, and files of one model each")
         form, kind = _integer("form", fields[2]), _integer("type", fields[3])
         if form not in (SQUARE, SYMMETRIC):
             raise ValueError(f"matrix {name} has the form {form}; give square (1) or symmetric (6) ones")
@@ -121,15 +128,24 @@ def _take(found: dict[str, _Matrix], fields: list[str]) -> None:
     if name not in found:
         raise ValueError(f"matrix {name} has an entry before its head; give that first, with 0 for a grid point")
     matrix = found[name]
-    column = point, _integer("component", fields[2] or "0")
+    column = _end(fields[1:])
     for start in range(4, len(fields) - 2, 4):
         if not any(fields[start : start + 3]):
             continue
-        row = _integer("grid point", fields[start]), _integer("component", fields[start + 1] or "0")
+        row = _end(fields[start:])
         for place in {(row, column), *([(column, row)] if matrix.form == SYMMETRIC else [])}:
             if place in matrix.entries:
                 raise ValueError(f"matrix {name} has two entries of row {row} and column {column}; give one")
             matrix.entries[place] = _number(fields[start + 2])
+
+
+def _end(fields: list[str]) -> tuple[int, int]:
+    """A grid point and its component."""
+    end = _integer("grid point", fields[0]), _integer("component", fields[1] or "0")
+    for (what, last), number, least in zip(_LAST.items(), end, (1, 0), strict=True):
+        if not least <= number <= last:
+            raise ValueError(f"{what} = {number} is none; give {least} to {last}")
+    return end
 
 
 def _integer(what: str, text: str) -> int:
@@ -142,9 +158,12 @@ def _integer(what: str, text: str) -> int:
 def _number(text: str) -> float:
     plain = text.upper().replace("D", "E")
     try:
-        return float(plain if "E" in plain else _SHORT.sub(r"E\1", plain))
+        number = float(plain if "E" in plain else _SHORT.sub(r"E\1", plain))
     except ValueError:
-        raise ValueError(f"value = {text!r} is no number") from None
+        number = np.nan
+    if not np.isfinite(number):
+        raise ValueError(f"value = {text!r} is no number")
+    return number
 
 
 def _array(matrix: _Matrix, row: dict[tuple[int, int], int]) -> sparse.csc_array:
