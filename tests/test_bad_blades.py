@@ -1,5 +1,6 @@
 """Blades that cannot be: refused in one line that names the argument, its value and what would be right."""
 
+import jax
 import numpy as np
 import pytest
 
@@ -12,6 +13,7 @@ BLADE = lobex.Beam.rectangular(elements=1, **GIVEN)
 TWO = lobex.Modes([100.0, 300.0], [0.01, 0.02], np.eye(2))
 SOFT = {"angular_frequency": [100.0, 300.0], "damping_ratio": 0.01, "shape": np.ones((2, 1)), "keep": [1]}
 SINKING = lobex.RotatingModes(spin_stiffness=np.diag([-0.5, 1.0]), gyroscopic=None, **SOFT)
+TABLE = SINKING.over(np.array([10.0, 20.0]))
 
 
 def rectangular(**changes):
@@ -55,6 +57,7 @@ def of_matrices(**changes):
         (lambda: BLADE.modes([0.01, 0.02], [1]), "damping_ratio has shape (2,); give one number or one per mode"),
         (lambda: BLADE.modes(0.01, [9]), "keep = [9] asks for mode 9 of 8"),
         (lambda: BLADE.modes(0.01, normal=(0, 0, 0)), "normal is a vector of no length"),
+        (lambda: BLADE.modes(0.01, normal=(1e-200, 0, 0)), "normal is a vector of no length"),
         (lambda: BLADE.modes(0.01, normal=(1, 0)), "normal has shape (2,); give one number per direction, (3,)"),
         (lambda: BLADE.modes(0.01, sliding=(0, 0, 0)), "sliding is a vector of no length"),
         (lambda: BLADE.modes(0.01, sliding=(1, 1, 0)), "sliding is 45 degrees from normal; give a direction along"),
@@ -103,8 +106,32 @@ def test_a_speed_that_softens_below_zero_is_refused_and_that_of_divergence_named
     # What stiffens in every direction never diverges.
     assert BLADE.rotating(0.01, normal=(1, 0, 0)).divergence_speed > 1e3
     assert rotating().divergence_speed == np.inf
+    with pytest.raises(ValueError, match="modes is traced by JAX; divergence_speed runs outside"):
+        jax.jit(lambda modes: modes.divergence_speed)(SINKING)
 
 
 def test_a_march_of_wear_takes_modes_at_one_speed():
     with pytest.raises(ValueError, match="give those at one speed, by at"):
         lobex.march_wear(SINKING, lobex.Casing(), lobex.Linear(1e5), 20.0, 2, 1024)
+
+
+@pytest.mark.parametrize("modes", [SINKING, TABLE], ids=["rotating", "table"])
+@pytest.mark.parametrize(
+    ("speed", "words"),
+    [
+        (np.nan, "speed = nan has NaN or infinite values"),
+        ("fast", "speed = 'fast' is not a number"),
+        (12.0 + 1j, "speed = 12+1j is complex"),
+        ([12.0, 15.0], "speed has shape (2,); give one number"),
+    ],
+)
+def test_modes_are_those_at_one_speed(modes, speed, words):
+    with pytest.raises(ValueError) as error:
+        modes.at(speed)
+    assert words in str(error.value)
+
+
+def test_an_exact_limit_takes_one_speed_or_a_list():
+    for speed in ([], [[12.0]]):
+        with pytest.raises(ValueError, match=r"^speed has shape .*; give one speed or a list of them$"):
+            lobex.exact_limit(lobex.Rub(SINKING), speed)

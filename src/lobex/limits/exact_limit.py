@@ -93,12 +93,12 @@ def exact_limit(process: Process, speed: Any) -> Limit:
     """
     check_process(process)
     check_speed(process, speed)
-    check_system(process, speed)
-    warn_of_implausible(process, speed)
     lib: Any = jnp if _checks.is_traced((process, speed)) else np
     speed = jnp.atleast_1d(jnp.asarray(speed)) if _checks.is_traced(speed) else np.atleast_1d(np.asarray(speed, float))
     if np.ndim(speed) != 1 or np.size(speed) == 0:
         raise ValueError(f"speed has shape {np.shape(speed)}; give one speed or a list of them")
+    check_system(process, speed)
+    warn_of_implausible(process, speed)
     with timed() as spent:
         if has_followers(process):
             each = [_limits_of(at_speed(process, speed[i]), speed[i : i + 1]) for i in range(np.size(speed))]

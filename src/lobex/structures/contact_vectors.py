@@ -55,7 +55,7 @@ def _unit(name: str, vector: Any, directions: int) -> Float[AnyArray, " directio
     numbers = _checks.as_numbers(name, given)
     if np.shape(given) != (directions,):
         raise ValueError(f"{name} has shape {np.shape(given)}; give one number per direction, ({directions},)")
-    if numbers is not None and not np.any(numbers):
+    if numbers is not None and np.sum(numbers**2) < np.finfo(float).tiny:
         raise ValueError(f"{name} is a vector of no length; give one along which the contact acts")
     lib = namespace(given)
     given = lib.asarray(given, dtype=lib.result_type(float))

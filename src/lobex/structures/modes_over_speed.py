@@ -79,10 +79,11 @@ class ModesOverSpeed:
 
     def check_speed(self, speed: Any) -> None:
         """Require speeds, Hz, within the table, of numbers that are known."""
-        if _checks.is_traced((self.speed, speed)):
+        numbers = _checks.as_numbers("speed", speed, "Hz")
+        if numbers is None or _checks.is_traced(self.speed):
             return
-        speed, (first, last) = np.asarray(speed, dtype=float), np.asarray(self.speed)[[0, -1]]
-        outside = speed[(speed < first) | (speed > last)]
+        first, last = np.asarray(self.speed)[[0, -1]]
+        outside = numbers[(numbers < first) | (numbers > last)]
         if outside.size:
             raise ValueError(
                 f"speed = {outside.ravel()[0]:.6g} Hz is outside the table of modes; give {first:.6g} to {last:.6g} Hz"
@@ -91,6 +92,7 @@ class ModesOverSpeed:
     def at(self, speed: Number) -> Modes:
         """The modes at a speed, Hz; no numbers outside the table."""
         self.check_speed(speed)
+        _checks.scalar("speed", speed)
         lib = namespace(self, speed)
         table = lib.asarray(self.speed)
         row = lib.clip(lib.searchsorted(table, speed, side="right") - 1, 0, np.shape(table)[0] - 2)

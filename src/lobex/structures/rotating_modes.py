@@ -149,6 +149,7 @@ class RotatingModes:
     @property
     def divergence_speed(self) -> float:
         """The speed, Hz, at which the softened stiffness vanishes; infinite where it stiffens in every direction."""
+        _checks.untraced("divergence_speed", modes=self)
         scaled = np.asarray(self.spin_stiffness) / np.outer(self.angular_frequency, self.angular_frequency)
         least = float(np.linalg.eigvalsh(scaled)[0])
         return float("inf") if least >= 0 else 1 / (2 * np.pi * np.sqrt(-least))
@@ -159,10 +160,11 @@ class RotatingModes:
 
     def check_speed(self, speed: Any) -> None:
         """Require speeds, Hz, below that of divergence, of numbers that are known."""
-        if _checks.is_traced((self, speed)):
+        numbers = _checks.as_numbers("speed", speed, "Hz")
+        if numbers is None or not numbers.size or _checks.is_traced(self):
             return
-        most, limit = float(np.max(speed)), self.divergence_speed
-        if not most < limit:
+        most, limit = float(np.max(numbers)), self.divergence_speed
+        if most >= limit:
             raise ValueError(
                 f"speed = {most:.6g} Hz softens the structure to a negative stiffness; give less than {limit:.6g} Hz, "
                 "at which it diverges"
@@ -172,6 +174,7 @@ class RotatingModes:
     def at(self, speed: Number) -> Modes:
         """The modes at a speed, Hz; no numbers from that of divergence on."""
         self.check_speed(speed)
+        _checks.scalar("speed", speed)
         lib = namespace(self, speed)
         spin = 2 * np.pi * lib.asarray(speed, dtype=lib.result_type(float))
         own, matrix = lib.asarray(self.angular_frequency), lib.asarray(self.spin_stiffness)
