@@ -38,7 +38,7 @@ def read_tables(
         raise ValueError(f"path = {str(path)!r} cannot be read ({error.strerror}); give a TOML file") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"path = {str(path)!r} is no TOML ({error}); see {reader}") from None
-    known("it", content, makers)
+    known(f"path = {str(path)!r}", content, makers)
     missing = [name for name in needed if name not in content]
     if missing:
         raise ValueError(f"path = {str(path)!r} has no [{missing[0]}]; see {reader}")

@@ -93,8 +93,8 @@ class Beam:
             raise ValueError(f"poisson_ratio = {float(ratio):.6g} is no material's; give a number from −1 to 0.5")
         if self.root_stiffness is None:
             return
+        _checks.not_negative("root_stiffness", self.root_stiffness, "N/m and N m/rad")
         springs = _checks.as_array(self.root_stiffness)
-        _checks.not_negative("root_stiffness", springs, "N/m and N m/rad")
         if np.shape(springs) != (len(ROOT),):
             raise ValueError(f"root_stiffness has shape {np.shape(springs)}; give one of each of {', '.join(ROOT)}")
         object.__setattr__(self, "root_stiffness", springs)
@@ -190,8 +190,8 @@ class Beam:
             ValueError: as ``Modes.in_contact``.
         """
         seen, loading = contact_vectors(normal, sliding, friction, len(_RADIAL))
+        _checks.as_numbers("chord", chord, "m")
         place = _checks.as_array(chord)
-        _checks.as_numbers("chord", place, "m")
         if np.ndim(place) > 1 or np.size(place) == 0:
             raise ValueError(f"chord has shape {np.shape(place)}; give one place along the tip or several, (m,)")
         lib = namespace(self, place, seen, loading)

@@ -51,8 +51,8 @@ def contact_vectors(
 
 
 def _unit(name: str, vector: Any, directions: int) -> Float[AnyArray, " directions"]:
+    numbers = _checks.as_numbers(name, vector)
     given = _checks.as_array(vector)
-    numbers = _checks.as_numbers(name, given)
     if np.shape(given) != (directions,):
         raise ValueError(f"{name} has shape {np.shape(given)}; give one number per direction, ({directions},)")
     if numbers is not None and np.sum(numbers**2) < np.finfo(float).tiny:

@@ -61,10 +61,10 @@ class RotatingModes:
         object.__setattr__(self, "keep", keep)
         object.__setattr__(self, "damping_ratio", modal_damping(self.damping_ratio, len(keep)))
         for name, sign, words in (("spin_stiffness", 1, "symmetric"), ("gyroscopic", -1, "skew")):
-            matrix = _checks.as_array(getattr(self, name))
-            if matrix is None:
+            given = getattr(self, name)
+            if given is None:
                 continue
-            numbers = _checks.as_numbers(name, matrix)
+            numbers, matrix = _checks.as_numbers(name, given), _checks.as_array(given)
             if np.shape(matrix) != (p, p):
                 raise ValueError(f"{name} has shape {np.shape(matrix)}; give that of {p} modes, {(p, p)}")
             if numbers is not None and np.any(

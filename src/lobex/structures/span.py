@@ -42,6 +42,7 @@ def along(name: str, given: Any, elements: int) -> Any:
         if np.shape(values) not in ((), every.shape):
             raise ValueError(f"{name} returns the shape {np.shape(values)} at {every.shape} shares of the span")
         return values
+    _checks.as_numbers(name, given)
     values = _checks.as_array(given)
     if (np.ndim(values) > 1 and np.shape(values) != every.shape) or np.shape(values) in ((0,), (1,)):
         raise ValueError(
