@@ -65,6 +65,6 @@ def _small_grid(words: list[str]) -> list[str]:
 def test_make_lines_name_targets_of_the_makefile():
     makefile = (Path(__file__).parents[1] / "Makefile").read_text()
     targets = [line.split()[1] for line in SHELL if line.startswith("make ")]
-    assert targets == ["demo", "test", "test-all", "figures", "docs"]
+    assert targets == ["demo", "test", "test-slow", "test-all", "figures", "docs"]
     for target in targets:
         assert re.search(rf"^{target}:", makefile, re.MULTILINE)
