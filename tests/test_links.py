@@ -106,6 +106,7 @@ def test_other_methods_know_no_places_that_are_closed():
     st.floats(0.02, 0.9),
     st.sampled_from(["down", "up"]),
 )
+@pytest.mark.slow
 def test_links_come_from_where_the_tooth_ahead_was(shares, immersion, direction):
     pitch = 360 * np.array(shares) / np.sum(shares)
     process = lobex.Milling(TOOL, lobex.Cutter.end_mill(pitch_degrees=pitch), 6e8, 2e8, immersion, direction)
@@ -152,6 +153,7 @@ def test_what_is_known_of_one_immersion_is_not_taken_for_another_one():
         assert np.isnan(np.asarray(radii(exchanged))).any()
 
 
+@pytest.mark.slow
 def test_a_tooth_just_behind_another_one_finds_nothing_to_cut():
     together = float(lobex.spectral_radius(mill([1e-7, 360 - 1e-7], 0.5), 100.0, 1e-3, METHOD))
     assert together == pytest.approx(float(lobex.spectral_radius(mill([360], 0.5), 100.0, 1e-3, METHOD)), rel=1e-6)
@@ -189,6 +191,7 @@ def test_one_tooth_at_a_time_remembers_a_chip_a_node(immersion):
     assert chips[:6] == pytest.approx(forces[:6], rel=1e-9)
 
 
+@pytest.mark.filterwarnings("ignore::lobex.SweepWarning")
 @pytest.mark.parametrize("discs", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_gradients_by_pitch_are_those_of_differences_where_places_coincide(discs):
     """One tooth leaves as another one enters, and images of jumps meet others: places that are one till angles move."""
@@ -209,6 +212,9 @@ def test_gradients_by_pitch_are_those_of_differences_where_places_coincide(discs
     assert np.asarray(by_leaf.cutter.pitch) @ change == pytest.approx(difference, rel=3e-5)
 
 
+# Both are of the same nodes, be they few.
+@pytest.mark.filterwarnings("ignore::lobex.SweepWarning")
+@pytest.mark.slow
 def test_gradient_by_the_immersion_is_that_of_differences_where_one_tooth_leaves_as_another_one_enters():
     tool, method = lobex.Modes.single(frequency=510.0, damping_ratio=0.02, mass=0.5), lobex.Duhamel(nodes=12)
     process = lobex.Milling(tool, lobex.Cutter.end_mill(pitch_degrees=[120.0, 240.0]), 6e8, 2e8, 0.75)
