@@ -227,6 +227,7 @@ def test_a_march_comes_to_the_torque_of_the_orbit(stepped):
     assert apart[0] / apart[1] == pytest.approx(4, rel=0.1)
 
 
+@pytest.mark.slow
 def test_result_of_a_cut_is_drawn_and_told(stepped):
     assert "mean power" in repr(stepped)
     assert len(stepped.plot_cut().axes) == 3

@@ -76,6 +76,7 @@ def test_derivatives_of_a_map_are_those_of_what_is_proportional():
     assert np.asarray(slope) == pytest.approx(np.asarray(value) / MILL.feed_per_tooth, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_a_map_is_printed_and_drawn(found):
     assert "location error" in repr(found)
     assert "unstable" in repr(found)
