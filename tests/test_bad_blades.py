@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import lobex
+from refusals import refused
 
 GIVEN = {"length": 0.2, "width": 0.05, "thickness": 0.004, "young_modulus": 110e9, "density": 4430.0}
 PLAIN = {"length": 0.2, "young_modulus": 110e9, "density": 4430.0, "area": 2e-4, "flap_inertia": 3e-10,
@@ -89,10 +90,8 @@ def of_matrices(**changes):
     ],
 )  # fmt: skip
 def test_blades_are_refused_in_one_line(call, words):
-    with pytest.raises(ValueError) as error:
+    with refused(words):
         call()
-    assert words in str(error.value)
-    assert "\n" not in str(error.value)
 
 
 def test_a_speed_that_softens_below_zero_is_refused_and_that_of_divergence_named():

@@ -10,6 +10,7 @@ from lobex.shell.arguments import Lobes
 from lobex.shell.from_flags import process_of
 from lobex.shell.limit_arguments import Limit
 from lobex.shell.parser import parse
+from refusals import refused
 from test_tool_file import same
 
 EXAMPLE = Path(__file__).parent.parent / "docs" / "howto" / "blade.toml"
@@ -79,10 +80,8 @@ MODES = "[modes]\ndamping_ratio = 0.01\n"
 def test_a_file_that_is_wrong_is_told_in_one_line(tmp_path, text, words):
     path = tmp_path / "blade.toml"
     path.write_text(text)
-    with pytest.raises(ValueError) as error:
+    with refused(words):
         lobex.read_blade(path)
-    assert words in str(error.value)
-    assert "\n" not in str(error.value)
 
 
 def test_flags_that_say_the_same_twice_are_told(tmp_path):

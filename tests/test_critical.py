@@ -7,6 +7,7 @@ import pytest
 import lobex
 import lobex._pytree
 from cases import LIMIT_CASES, LIMIT_TOOLS, ROD, assert_same_fields, milling, rub
+from refusals import refused
 
 BOUNDS = (4.5e4, 4.5e6)
 FINE = lobex.Chebyshev(56)
@@ -134,7 +135,5 @@ def test_derivatives_by_the_implicit_function_theorem():
     ],
 )
 def test_bad_input_is_refused_in_one_line(call, words):
-    with pytest.raises(ValueError) as error:
+    with refused(words):
         call()
-    assert words in str(error.value)
-    assert "\n" not in str(error.value)

@@ -13,6 +13,7 @@ import lobex
 from lobex.motions.cut_along import cut_along, walls
 from lobex.motions.periodic import periodic
 from problems import KN, KT, PLANE
+from refusals import refused
 
 FEED, RADIUS, IMMERSION = 1e-4, 0.008, 0.5
 ENTRY, EXIT = np.pi / 2, np.pi
@@ -247,9 +248,8 @@ def test_result_of_a_cut_is_drawn_and_told(stepped):
 )
 def test_bad_input_is_one_line(changed, message):
     given = {"process": EVEN, "speed": SPEED, "gain": 1e-3} | changed
-    with pytest.raises(ValueError, match=message) as caught:
+    with refused(match=message):
         lobex.orbit(**given)
-    assert "\n" not in str(caught.value)
 
 
 def test_edges_ask_for_torque_whatever_the_chip_and_angles_say_where():

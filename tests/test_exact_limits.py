@@ -14,6 +14,7 @@ from cases import LIMIT_CASES, ROD, label, point, rub
 from lobex.limits.d_subdivision import exact_branches, exact_critical, exact_minimum
 from lobex.limits.hayes import hayes_interval
 from lobex.limits.receptance import Receptance, receptance
+from refusals import refused
 
 FINE = lobex.Chebyshev(64)
 SINGLE = lobex.Modes.single(frequency=150.0, damping_ratio=0.02, mass=2.0)
@@ -565,7 +566,5 @@ PLANE = lobex.Modes.plane(x=SINGLE, y=SINGLE)
     ],
 )
 def test_bad_input_is_refused_in_one_line(call, words):
-    with pytest.raises(ValueError) as error:
+    with refused(words):
         call()
-    assert words in str(error.value)
-    assert "\n" not in str(error.value)

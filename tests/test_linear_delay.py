@@ -15,6 +15,7 @@ import lobex
 from cases import THESIS_TOOL, milling, rub
 from lobex.systems.mesh import mesh_of
 from reference_tools import process_damping
+from refusals import refused
 
 SIXTEEN = lobex.Duhamel(nodes=16)
 
@@ -310,9 +311,8 @@ GIVEN = {"drift": np.eye(2), "delayed": [(np.eye(2), 0.5)], "period": 1.0}
     ],
 )
 def test_bad_input_is_one_line_when_it_is_given(changed, message):
-    with pytest.raises(ValueError, match=message) as caught:
+    with refused(match=message):
         lobex.LinearDelay(**GIVEN | changed)
-    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize(
@@ -333,9 +333,8 @@ def test_bad_input_is_one_line_when_it_is_given(changed, message):
 def test_functions_that_cannot_be_are_refused_before_any_computing(changed, message):
     process = lobex.LinearDelay(**GIVEN | changed)
     for verb in (lobex.sweep, lobex.spectral_radius):
-        with pytest.raises(ValueError, match=message) as caught:
+        with refused(match=message):
             verb(process, [1.0], [1.0])
-        assert "\n" not in str(caught.value)
 
 
 def test_masses_that_are_none_are_refused():

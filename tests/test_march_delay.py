@@ -17,6 +17,7 @@ from lobex.marches.fed_vibrations import fastest_fed
 from lobex.marches.growth_fit import fit_growth
 from lobex.marches.linear import march_system
 from lobex.marches.start import growing_history
+from refusals import refused
 
 RATE = np.log(1.0005) / 1e-6
 SECTION_44 = (np.array([85.0, 85.0, 112.0, 112.0]), np.array([4.5e5, 1.35e6, 4.5e5, 1.35e6]))
@@ -375,10 +376,8 @@ def test_a_lane_that_blows_up_is_nan_and_named():
 )
 def test_bad_input_is_refused_in_one_line(changes, words):
     arguments = {"process": ROD, "speed": 85.0, "gain": 1e5, "history": pulse, "periods": 3, "steps_per_period": 100}
-    with pytest.raises(ValueError) as error:
+    with refused(words):
         march_delay(**{**arguments, **changes})
-    assert words in str(error.value)
-    assert "\n" not in str(error.value)
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ import scipy.io
 import scipy.sparse
 
 import lobex
+from refusals import refused
 
 MASS = np.array([[2.0, 0.0, 0.5], [0.0, 1.5, 0.0], [0.5, 0.0, 1.0]])
 STIFFNESS = np.array([[3e6, -1e6, 0.0], [-1e6, 3e6, -1e6], [0.0, -1e6, 2e6]])
@@ -109,10 +110,8 @@ COORDINATES = "%%MatrixMarket matrix coordinate real general\n"
 def test_entries_are_refused_in_one_line(text, words, tmp_path):
     path = tmp_path / "bad.pch"
     path.write_text(text)
-    with pytest.raises(ValueError) as error:
+    with refused(words):
         lobex.read_dmig(path)
-    assert words in str(error.value)
-    assert "\n" not in str(error.value)
 
 
 @pytest.mark.parametrize(
@@ -135,10 +134,8 @@ def test_entries_are_refused_in_one_line(text, words, tmp_path):
 def test_files_of_a_matrix_are_refused_in_one_line(text, words, tmp_path):
     path = tmp_path / "bad.mtx"
     path.write_text(text)
-    with pytest.raises(ValueError) as error:
+    with refused(words):
         lobex.read_matrix_market(path)
-    assert words in str(error.value)
-    assert "\n" not in str(error.value)
 
 
 @pytest.mark.parametrize("read", ["read_dmig", "read_matrix_market"])

@@ -13,6 +13,7 @@ from lobex.processes.quantity import PLAIN_GAIN, Quantity
 from lobex.systems.delays import Share, WholePeriod
 from lobex.systems.mesh import mesh_of
 from problems import CODES, KINDS, PROBLEMS, Problem, of_kind
+from refusals import refused
 
 # Nodes of Duhamel and of Chebyshev that resolve every problem of a kind.
 NODES = {
@@ -292,10 +293,8 @@ def assert_refused(problem: Problem, method: Any, words: str) -> None:
     # Points have no roots without an operator.
     verbs = (lobex.sweep,) if isinstance(method, CharacteristicRoots) else (lobex.sweep, lobex.spectral_radius)
     for verb in verbs:
-        with pytest.raises(ValueError) as caught:
+        with refused(words):
             verb(problem.process, [problem.speed], [problem.gain], method)
-        assert words in str(caught.value)
-        assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("kind", ["whole periods", "short delay", "jumps of several", "remembered", "teeth"])

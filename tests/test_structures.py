@@ -8,6 +8,7 @@ import scipy.linalg
 import scipy.sparse
 
 import lobex
+from refusals import refused
 
 
 def test_thirty_elements_have_the_thesis_frequencies():
@@ -125,10 +126,8 @@ def square(value):
     ],
 )
 def test_bad_structures_are_refused_in_one_line(call, words):
-    with pytest.raises(ValueError) as error:
+    with refused(words):
         call()
-    assert words in str(error.value)
-    assert "\n" not in str(error.value)
 
 
 def test_singular_sparse_mass_is_refused():
@@ -300,7 +299,5 @@ def test_free_structures_are_refused():
 )
 def test_matrices_are_refused_in_one_line(options, words):
     sound = {"mass": np.eye(3), "stiffness": np.diag([1.0, 2.0, 3.0]), "contact": np.eye(3)[0]}
-    with pytest.raises(ValueError) as error:
+    with refused(words):
         lobex.Modes.from_matrices(**{**sound, **options})
-    assert words in str(error.value)
-    assert "\n" not in str(error.value)

@@ -11,6 +11,7 @@ import pytest
 import lobex
 from cases import ROD
 from lobex.processes.quantity import Quantity
+from refusals import refused
 from test_critical_constant import PAIR
 
 # Numbers that float32 holds, so that a model made of them is the same in both precisions.
@@ -181,10 +182,8 @@ ROWS = [
 @pytest.mark.parametrize(("call", "words"), ROWS)
 @pytest.mark.parametrize("transform", [jax.jit, jax.grad])
 def test_what_cannot_be_traced_says_so_in_one_line(transform, call, words):
-    with pytest.raises(ValueError) as error:
+    with refused(words) as error:
         transform(lambda x: call(x) and jnp.sum(x))(jnp.asarray(FREQUENCY))
-    assert words in str(error.value)
-    assert "\n" not in str(error.value)
     assert "give plain numbers" in str(error.value)
 
 
@@ -235,7 +234,5 @@ class Finer(lobex.Chebyshev):
     ],
 )
 def test_an_own_process_or_method_that_jax_does_not_know_is_refused_in_one_line(call, words):
-    with pytest.raises(ValueError) as error:
+    with refused(words):
         call()
-    assert words in str(error.value)
-    assert "\n" not in str(error.value)
