@@ -7,7 +7,7 @@ import numpy as np
 from lobex.systems.closed_places import acting_at, closed_places
 from lobex.systems.links import due_from_before
 from lobex.systems.mesh import IMAGES, ROUNDING, carriers_of, generations_of, phases_of_jumps
-from lobex.systems.system import DelaySystem, Places
+from lobex.systems.system import Closed, DelaySystem, Places
 
 
 def places_that_matter(system: DelaySystem) -> Places:
@@ -29,11 +29,7 @@ def places_that_matter(system: DelaySystem) -> Places:
     before = np.mod(start[:, None] - start, 1.0)
     reach = int(np.max(np.sum((before > 0) & (before < system.longest - ROUNDING), axis=1))) + 1
     reach = min(reach, len(kept)) if system.longest <= 1 else ceil(system.longest) * len(kept)
-    closed = closed_places(system, np.asarray(phases_of_jumps(system)))
-    # What takes more to remember node to node is looked up between the nodes.
-    if closed is not None and len(due_from_before(closed.links, sum(closed.parts))) > reach:
-        closed = None
-    return Places(tuple(kept), reach, len(kept) == len(distinct), closed, len(generations[0]))
+    return Places(tuple(kept), reach, len(kept) == len(distinct), _closed(system, reach), len(generations[0]))
 
 
 def places_by_angle(system: DelaySystem, repeats: int) -> Places:
@@ -51,10 +47,18 @@ def closed_by_angle(system: DelaySystem, repeats: int) -> Places | None:
     where these are many.
     """
     places = places_by_angle(system, repeats)
+    closed = _closed(system, places.reach)
+    return None if closed is None else places._replace(closed=closed)
+
+
+def _closed(system: DelaySystem, reach: int) -> Closed | None:
+    """Places that delays carry to one another, unless more is remembered from node to node than in ``reach`` pieces
+    between the nodes.
+    """
     closed = closed_places(system, np.asarray(phases_of_jumps(system)))
-    if closed is None or len(due_from_before(closed.links, sum(closed.parts))) > places.reach:
+    if closed is None or len(due_from_before(closed.links, sum(closed.parts))) > reach:
         return None
-    return places._replace(closed=closed)
+    return closed
 
 
 def _bending(system: DelaySystem, generations: list[np.ndarray]) -> np.ndarray:
