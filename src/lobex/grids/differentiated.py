@@ -60,8 +60,8 @@ def _along(
         weights, forms = zip(*differentiable(process), strict=True)
         if len(forms) == 1:
             return of_matrix(matrix_of(forms[0], *others))
-        side_by_side = jax.tree.map(lambda *parts: jnp.stack(parts), *forms)
-        values = jax.vmap(lambda form: of_matrix(matrix_of(form, *others)))(side_by_side)
+        stacked = jax.tree.map(lambda *parts: jnp.stack(parts), *forms)
+        values = jax.vmap(lambda form: of_matrix(matrix_of(form, *others)))(stacked)
         return jnp.tensordot(jnp.asarray(weights), values, axes=1)
 
     return jax.jvp(value, [leaves[i] for i in varied], [changes[i] for i in varied])
