@@ -210,21 +210,7 @@ class Modes:
 
     @overload
     @classmethod
-    def from_matrices(
-        cls,
-        mass: Any,
-        stiffness: Any,
-        contact: Any,
-        damping_ratio: Any = None,
-        keep: Sequence[int] | None = None,
-        *,
-        damping: Any = None,
-        force: Any = None,
-        triangle: str | None = None,
-        condense: bool = False,
-        spin_stiffness: Any,
-        gyroscopic: Any = None,
-    ) -> "RotatingModes": ...
+    def from_matrices(cls, *model: Any, **others: Any) -> "RotatingModes": ...
 
     @classmethod
     def from_matrices(
