@@ -27,7 +27,7 @@ from lobex.limits.modal_curve import ModalCurve
 from lobex.limits.receptance import Receptance
 from lobex.limits.sections import Sections
 from lobex.limits.undamped import undefined
-from lobex.processes.at_speeds import at_speed, has_followers
+from lobex.processes.at_speeds import at_speed, has_followers, tabled
 from lobex.processes.declared import check_system
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import Process, check_process, check_speed
@@ -101,7 +101,8 @@ def exact_limit(process: Process, speed: Any) -> Limit:
     warn_of_implausible(process, speed)
     with timed() as spent:
         if has_followers(process):
-            each = [_limits_of(at_speed(process, speed[i]), speed[i : i + 1]) for i in range(np.size(speed))]
+            model = tabled(process, speed)
+            each = [_limits_of(at_speed(model, speed[i]), speed[i : i + 1]) for i in range(np.size(speed))]
             parts = _Limits(*(lib.concatenate(part) for part in zip(*each, strict=True)))
         else:
             parts = _limits_of(process, speed)

@@ -175,6 +175,9 @@ class RotatingModes:
         """The modes at a speed, Hz; no numbers from that of divergence on."""
         self.check_speed(speed)
         _checks.scalar("speed", speed)
+        return self._at(speed)
+
+    def _at(self, speed: Number) -> Modes:
         lib = namespace(self, speed)
         spin = 2 * np.pi * lib.asarray(speed, dtype=lib.result_type(float))
         own, matrix = lib.asarray(self.angular_frequency), lib.asarray(self.spin_stiffness)
@@ -202,12 +205,14 @@ class RotatingModes:
             force_quadrature=acting.imag,
         )
 
+    @in_float64
     def over(self, speed: Float[np.ndarray, " n"]) -> Modes | ModesOverSpeed:
         """The modes at increasing speeds, (n,), Hz, as a table that is exact at these; at one speed those there.
 
         Tables have a power of two of rows, the last repeated, so that programs for one serve another.
         """
-        rows = [self.at(one) for one in speed]
+        self.check_speed(speed)
+        rows = [self._at(one) for one in speed]
         if len(rows) == 1:
             return rows[0]
         more = 2 ** int(np.ceil(np.log2(len(rows)))) - len(rows)
