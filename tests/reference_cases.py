@@ -175,10 +175,12 @@ def blade_process(content: Case, case: Case) -> Any:
     normal, along_it = np.array([np.cos(angle), np.sin(angle)]), np.array([-np.sin(angle), np.cos(angle)])
     modes = tip.in_contact(normal, -along_it if friction < 0 else along_it, abs(friction))
     if case["case"] == "casing-ring":
-        return in_ring_casing(modes, casing, case)
+        waves = case.get("nodal_diameters", casing["nd"])
+        own = {"frequency": casing["frequency_Hz"], "damping_ratio": casing["xi"], "mass": casing["m"]}
+        return lobex.Rub(modes, casing=lobex.Ring(nodal_diameter=waves, **own))
     if case["case"] == "casing-local":
         local = lobex.Modes.single(frequency=casing["frequency_Hz"], damping_ratio=casing["xi"], mass=casing["m"])
-        modes = lobex.Modes.relative(tool=modes, workpiece=local)
+        return lobex.Rub(modes, casing=local)
     if case["case"] == "centrifugal":
         by_speed = np.diag(case["B"])
         shapes = modes.shape, modes.loading, range(1, modes.count + 1)
@@ -186,86 +188,32 @@ def blade_process(content: Case, case: Case) -> Any:
     return lobex.Rub(modes)
 
 
-def in_ring_casing(modes: lobex.Modes, casing: Case, case: Case) -> Any:
-    """Seen from the contact, which turns past the casing: p_c + i p_s = (c + i s) e^{i nd theta}."""
-    omega, ratio = modes.angular_frequency, modes.damping_ratio
-    n, own = modes.count, 2 * pi * casing["frequency_Hz"]
-    turning = 2 * pi * case["speed_Hz"] * case.get("nodal_diameters", casing["nd"])
-    turn = turning * np.array([[0.0, -1.0], [1.0, 0.0]])
-    damping = 2 * np.diag(np.append(ratio * omega, [casing["xi"] * own] * 2))
-    damping[n:, n:] += 2 * turn
-    stiffness = np.diag(np.append(omega**2, [own**2 - turning**2] * 2))
-    stiffness[n:, n:] += 2 * casing["xi"] * own * turn
-    return contact_process(
-        damping,
-        stiffness,
-        np.append(modes.loading, [-1 / casing["m"], 0])[:, None],
-        np.append(modes.shape, [-1.0, 0])[None],
-    )
-
-
-def contact_process(
-    damping: np.ndarray,
-    stiffness: np.ndarray,
-    loading: np.ndarray,
-    seen: np.ndarray,
-    delayed: Any = None,
-    **others: Any,
-) -> Any:
-    """q'' + C q' + K q = loading f and f = -gain (seen q - what was there); the state is (q, q'/omega)."""
-    p = len(damping)
-    omega = sqrt(np.mean(np.diag(stiffness)))
-    return lobex.LinearDelay(
-        drift=np.block([[np.zeros((p, p)), omega * np.eye(p)], [-stiffness / omega, -damping]]),
-        inputs=np.concatenate([np.zeros(loading.shape), loading / omega]),
-        outputs=np.concatenate([seen, np.zeros(seen.shape)], axis=1),
-        present=Partial(proportional, -np.eye(len(seen))),
-        delayed=delayed or [(Partial(proportional, np.eye(len(seen))), None)],
-        **others,
-    )
-
-
 def ring(content: Case) -> Iterator[Task]:
     """Group g3."""
     one = content["ring"]
     blades = int(one["N"])
-    unit = np.eye(blades)
+    alone = lobex.Modes.single(frequency=one["f"], damping_ratio=one["xi"], mass=one["phi"] ** -2)
     for case in content["cases"]:
         kind, speed = case["case"], case["speed_Hz"]
-        mistune = np.asarray(one["mistune"]) * ("mistuned" in kind)
-        gaps = np.asarray(one["gaps_deg"]) / 360 if "unequal" in kind else np.full(blades, 1 / blades)
-        omega = 2 * pi * one["f"] * (1 + mistune)
-        between = (2 * pi * one["coupling_Hz"]) ** 2 * ("coupled" in kind)
-        stiffness = np.diag(omega**2) + between * (2 * unit - np.roll(unit, 1, axis=0) - np.roll(unit, -1, axis=0))
-        # Blade j meets what blade j - 1 left.
-        before = np.roll(unit, 1, axis=0)
-        if "unequal" in kind:
-            delayed = [
-                (Partial(proportional, np.outer(unit[j], before[j])), Partial(part_of_a_turn_ago, gaps[j]))
-                for j in range(blades)
-            ]
-        else:
-            delayed = [(Partial(proportional, before), Partial(part_of_a_turn_ago, 1 / blades))]
-        process = contact_process(
-            np.diag(2 * one["xi"] * omega),
-            stiffness,
-            one["phi"] * unit,
-            one["phi"] * unit,
-            delayed,
-            delay_range=whole_parts(gaps.min(), gaps.max()),
+        blading = lobex.Blading(
+            alone,
+            blades,
+            mistuning=np.asarray(one["mistune"]) if "mistuned" in kind else None,
+            spacing=np.asarray(one["gaps_deg"], dtype=float) if "unequal" in kind else None,
+            coupling=one["coupling_Hz"] if "coupled" in kind else None,
         )
+        process, exact = lobex.Rub(blading), "coupled" not in kind or kind == "identical-coupled"
+        # Of the passing of one blade, where they are evenly spaced.
+        periods = 1 if "unequal" in kind else blades
         limit = case["critical_K"]
         # Of one blade alone, the least of all speeds.
         least = 2 * one["xi"] * (2 * pi * one["f"] / one["phi"]) ** 2
         bounds = 0.2 * least, max(5 * least, 1.2 * limit)
         told = case | ({"kind": "hopf"} if abs(case["mu"][1]) > 1e-6 else {})
-        yield lowest(f"g3 {kind} limit", process, speed, told, limit, bounds, 65)
+        yield lowest(f"g3 {kind} limit", process, speed, told, limit, bounds, None if exact else 65)
         for point in case["points"]:
-            yield Multiplier(f"g3 {kind} mu", f"{name(case)} K={point['K']:g}", process, speed, point["K"], point)
-
-
-def part_of_a_turn_ago(share: Any, t: Any, speed: Any, gain: Any) -> Any:
-    return share / speed
+            shown = f"{name(case)} K={point['K']:g}"
+            yield Multiplier(f"g3 {kind} mu", shown, process, speed, point["K"], point, periods)
 
 
 def part_of_a_turn(numbers: Numbers, speed: Any, gain: Any) -> Any:

@@ -60,6 +60,8 @@ CLAIMS = {
         and n["turning"].divergence_speed > 1e3
         and n["limit"].gain
         == pytest.approx([lobex.exact_limit(lobex.Rub(n["turning"].at(s)), s).gain[0] for s in n["speed"]], rel=1e-12)
+        and np.nanmin(n["gains"][1]) > 2 * np.nanmin(n["gains"][0])
+        and np.all(n["give"].gain > 0)
         and n["same"].modes.count == 6
         and np.abs(n["touching"].at(120.0).shape)
         == pytest.approx(np.abs(make_blade.blade()[0].rotating(0.005, [1, 2, 3], **n["rubbing"]).at(120.0).shape))

@@ -56,10 +56,12 @@ if TYPE_CHECKING:
     from lobex.results.spectrum_map import SpectrumMap, critical_speeds
     from lobex.results.wear_map import WearMap
     from lobex.structures.beam import Beam
+    from lobex.structures.blading import Blading
     from lobex.structures.matrix_market import read_matrix_market
     from lobex.structures.modes import Modes
     from lobex.structures.modes_over_speed import ModesOverSpeed
     from lobex.structures.nastran_dmig import read_dmig
+    from lobex.structures.ring import Ring
     from lobex.structures.rod import Rod
     from lobex.structures.rotating_modes import RotatingModes
     from lobex.studies.charts import sweep
@@ -75,6 +77,7 @@ _HOME = {
     "Auto": "grids.choice",
     "Band": "results.band",
     "Beam": "structures.beam",
+    "Blading": "structures.blading",
     "Boundary": "results.boundary",
     "Casing": "contact.casing",
     "CharacteristicRoots": "characteristic.method",
@@ -106,6 +109,7 @@ _HOME = {
     "ProcessDamping": "processes.process_damping",
     "Receptance": "limits.receptance",
     "Recommendation": "results.recommendation",
+    "Ring": "structures.ring",
     "Rod": "structures.rod",
     "RotatingModes": "structures.rotating_modes",
     "Rub": "processes.regenerative",
@@ -150,6 +154,7 @@ __all__ = [
     "Auto",
     "Band",
     "Beam",
+    "Blading",
     "Boundary",
     "Casing",
     "CharacteristicRoots",
@@ -181,6 +186,7 @@ __all__ = [
     "ProcessDamping",
     "Receptance",
     "Recommendation",
+    "Ring",
     "Rod",
     "RotatingModes",
     "Rub",

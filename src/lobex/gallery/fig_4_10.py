@@ -1,6 +1,6 @@
 """Fig. 4.10: the limit as the damping changes."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,7 +26,7 @@ def findings(results: Results) -> list[Finding]:
     """The limit grows in proportion to the damping."""
     data = results["damping_ratio"]
     ratio, gain = data["damping_ratio"].to_numpy(), data["critical_stiffness"].to_numpy()
-    modes = models.rub().modes
+    modes: Any = models.rub().modes
     stiffness = float(np.asarray(modes.angular_frequency)[0] ** 2 / np.asarray(modes.shape)[0, 0] ** 2)
     some = ratio[ratio > 0]
     closed = 2 * stiffness * some * (1 + some)

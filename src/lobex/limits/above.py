@@ -6,7 +6,7 @@ from jaxtyping import Array, Bool, Float, Int
 
 from lobex._roots import bracketed_root
 from lobex._shapes import AnyArray
-from lobex.limits.phase import half_turn_rate, half_turns
+from lobex.limits.phase import half_turn_rate, turns_of
 from lobex.limits.receptance_curve import ReceptanceCurve
 from lobex.limits.sections import on_boundary
 from lobex.limits.stretches import Stretches
@@ -53,12 +53,12 @@ def above(
     rate = 1 / (2 * jnp.pi * speed)
     turns = curve.anchor * rate
     begin = (turns - jnp.floor(turns))[stretches.row]
-    first, final = begin + stretches.low * rate + stretches.low_turns, begin + end * rate + half_turns(response)
+    first, final = begin + stretches.low * rate + stretches.low_turns, begin + end * rate + turns_of(curve, response)
     passed = jnp.sign(end - stretches.low) * (jnp.floor(final) - jnp.floor(first))
     pairs = jnp.sum(jnp.where(below | through, passed, 0.0))
     rest = stretches._replace(
         low=jnp.where(through, edge, stretches.low),
-        low_turns=jnp.where(through, half_turns(response), stretches.low_turns),
+        low_turns=jnp.where(through, turns_of(curve, response), stretches.low_turns),
         low_rate=jnp.where(through, half_turn_rate(response, slope), stretches.low_rate),
         gain=jnp.where(below, jnp.inf, jnp.maximum(stretches.gain, gain)),
     )

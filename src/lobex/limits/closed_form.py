@@ -1,5 +1,6 @@
 """Whether the stability limit of a process has a closed form, by what its equations are, and what the form takes."""
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import jax
@@ -12,7 +13,9 @@ from lobex._namespace import namespace
 from lobex._shapes import AnyArray, Number
 from lobex.characteristic.closed_loop import FAR, responses
 from lobex.limits.receptance import Receptance
-from lobex.limits.sections import Sections
+from lobex.limits.sections import Sections, sections_of_blocks
+from lobex.limits.track_product import Tracks
+from lobex.limits.tracks_form import Families, is_of_tracks, tracks_of
 from lobex.processes.process import Process
 from lobex.structures.modes import Modes
 from lobex.systems.form import by_form
@@ -39,10 +42,12 @@ class Regeneration(NamedTuple):
     Attributes:
         receptance: G.
         stiffness: κ, of a gain of one.
+        turn: by how many turns the phase of the delay is ahead, of a wave that travels from blade to blade.
     """
 
     receptance: Sections | Receptance
     stiffness: Number
+    turn: Number = 0.0
 
 
 class Contacts(NamedTuple):
@@ -75,31 +80,53 @@ class _Numbers(NamedTuple):
     rates: bool = False
 
 
-def closed_form(process: Process) -> Regeneration | Contacts | Rate | str:
+Form = Regeneration | Contacts | Tracks | Families | Rate
+
+
+def closed_form(process: Process) -> Form | str:
     """What the closed form of a limit takes, or in words why there is none.
 
     It needs constant coefficients, one delay that is the period, which is one revolution, and a structure that follows
     neither speed nor gain: then D-subdivision (Neimark, 1949) of a force K [y − y(t − τ)], or of several with each
     displacement in its own track, or Hayes' limits (1950) of a single state.
+    Or several forces −K [yⱼ − yⱼ₋₁(t − τⱼ)], each in the track of another, whose delays add up to one revolution.
     Of numbers that JAX traces others are looked at in their place, which no coincidence would make regenerative.
     """
+    found = closed_forms([process])
+    return found if isinstance(found, str) else found[0]
+
+
+def closed_forms(processes: Sequence[Process]) -> list[Any] | str:
+    """Those of processes that differ in the numbers of their structure alone: what the first is, all are."""
+    process = processes[0]
     measured = [leaf for leaf in jax.tree.leaves(process, is_leaf=_is_measured) if _is_measured(leaf)]
     modal: Any = jax.tree.map(lambda leaf: _ONE if _is_measured(leaf) else leaf, process, is_leaf=_is_measured)
     with jax.enable_x64(True):
-        why = _form_refused(modal)
+        tracks = is_of_tracks(modal)
+        why = None if tracks else _form_refused(modal)
     if why:
         return why
     traced = _checks.is_traced(modal)
     with at_once():
-        found = _of_numbers(_others(modal) if traced else modal, bool(measured))
+        known = _others(modal) if traced else modal
+        found = _Numbers(None) if tracks else _of_numbers(known, bool(measured))
     if found.why:
         return found.why
+
+    def made(process: Any) -> Form | str:
+        if tracks:
+            return tracks_of(process, known if traced else process, _SPEED)
+        return _made(modal if measured else process, found, measured)
+
     if traced:
-        return _made(modal, found, measured)
-    with at_once():
-        # A float64 JAX array falls back to float32 in the first operation outside the scope.
-        made = _made(modal, found, measured)
-        return made if isinstance(made, str) else jax.tree.map(np.asarray, made)
+        forms = [made(process) for process in processes]
+    else:
+        with at_once():
+            # A float64 JAX array falls back to float32 in the first operation outside the scope.
+            forms = [
+                form if isinstance(form := made(one), str) else jax.tree.map(np.asarray, form) for one in processes
+            ]
+    return next((form for form in forms if isinstance(form, str)), forms)
 
 
 def _made(process: Process, found: _Numbers, measured: list[Receptance]) -> Regeneration | Contacts | Rate | str:
@@ -217,22 +244,13 @@ def _by_blocks(
     system: DelaySystem, inputs: Float[AnyArray, "..."], seen: Float[AnyArray, "..."], rates: bool
 ) -> Sections:
     """G of blocks of two states, of a force (d,) and what it sees, (d,), or of several, (d, m) and (m, d)."""
-    lib = namespace(system.blocks, inputs, seen)
-    a = lib.asarray(system.blocks)
+    a = namespace(system.blocks).asarray(system.blocks)
     if np.ndim(inputs) == 1:
-        (e0, e1), (c0, c1) = (lib.asarray(part).reshape(-1, 2).T for part in (inputs, seen))
-        a00, a01, a10, a11 = a[:, 0, 0], a[:, 0, 1], a[:, 1, 0], a[:, 1, 1]
-    else:
-        e0, e1 = (lib.asarray(inputs)[start::2, None, :] for start in (0, 1))
-        c0, c1 = (lib.asarray(seen).T[start::2, :, None] for start in (0, 1))
-        a00, a01, a10, a11 = (a[:, i, j, None, None] for i in (0, 1) for j in (0, 1))
-    own = lib.sqrt(a[:, 0, 0] * a[:, 1, 1] - a[:, 0, 1] * a[:, 1, 0])
-    return Sections(
-        angular_frequency=own,
-        damping_ratio=-(a[:, 0, 0] + a[:, 1, 1]) / (2 * own),
-        weight=c0 * (a01 * e1 - a11 * e0) + c1 * (a10 * e0 - a00 * e1),
-        rate=c0 * e0 + c1 * e1 if rates else None,
-    )
+        return sections_of_blocks(a, inputs.reshape(-1, 2), seen.reshape(-1, 2), rates)
+    lib = namespace(inputs, seen)
+    acting = lib.stack([lib.asarray(inputs)[start::2, None, :] for start in (0, 1)], axis=-1)
+    outputs = lib.stack([lib.asarray(seen).T[start::2, :, None] for start in (0, 1)], axis=-1)
+    return sections_of_blocks(a, acting, outputs, rates)
 
 
 def _by_poles(

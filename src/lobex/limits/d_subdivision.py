@@ -35,6 +35,8 @@ from lobex.limits.receptance_curve import ReceptanceCurve
 from lobex.limits.sections import Sections, from_parts, on_boundary, sections_of
 from lobex.limits.several_contacts import Branched, branched, settled
 from lobex.limits.stretches import Stretches, stretches
+from lobex.limits.track_product import Tracks
+from lobex.limits.tracks_form import Families
 from lobex.processes.process import Process, check_speed
 from lobex.structures.modes import Modes
 
@@ -202,6 +204,8 @@ def source_of(source: Any) -> Regeneration | Contacts:
     found = closed_form(source)
     if isinstance(found, Regeneration | Contacts):
         return found
+    if isinstance(found, Tracks | Families):
+        raise ValueError(f"process = {type(source).__name__} is of blades in each other's track; give exact_limit")
     why = found if isinstance(found, str) else "is Hayes' equation, of which lobex.limits.hayes has the limits"
     raise ValueError(f"process = {type(source).__name__} has no exact limit by D-subdivision: it {why}")
 
@@ -211,7 +215,7 @@ def _curve(source: Regeneration | Branched) -> ReceptanceCurve:
     part: Any = source.receptance
     if isinstance(source, Branched):
         return part
-    return SampledCurve(part) if isinstance(part, Receptance) else ModalCurve(part)
+    return SampledCurve(part) if isinstance(part, Receptance) else ModalCurve(part, source.turn)
 
 
 def _gain(curve: ReceptanceCurve, row: Int[Array, ""], offset: Float[AnyArray, ""]) -> Float[AnyArray, ""]:
@@ -248,7 +252,7 @@ def _lobe_speeds(
 
 
 def _stretches(source: Regeneration | Branched) -> Stretches:
-    parts = _every_stretch(source)
+    parts = every_stretch(source)
     if not isinstance(source, Branched):
         return parts
     # Of many rows most have none.
@@ -258,7 +262,8 @@ def _stretches(source: Regeneration | Branched) -> Stretches:
 
 # Of a structure, whatever is asked of it.
 @jax.jit
-def _every_stretch(source: Regeneration | Branched) -> Stretches:
+def every_stretch(source: Regeneration | Branched) -> Stretches:
+    """The stretches of its receptance."""
     return stretches(_curve(jax.lax.stop_gradient(source)))
 
 
@@ -289,23 +294,25 @@ def _limits(
     source: Regeneration | Branched, parts: Stretches, lowest: Float[Array, ""] | None, speed: Float[Array, " p"]
 ) -> tuple[Float[AnyArray, " p"], Float[AnyArray, " p"], Int[AnyArray, " p"], Bool[AnyArray, " p"]]:
     """At speeds (b,)."""
+    return jax.vmap(partial(limit_at, source, parts, lowest))(speed)
+
+
+def limit_at(
+    source: Regeneration | Branched, parts: Stretches, lowest: Float[Array, ""] | None, speed: Float[Array, ""]
+) -> tuple[Float[AnyArray, ""], Float[AnyArray, ""], Int[AnyArray, ""], Bool[AnyArray, ""]]:
+    """Gain, ω, lobe and tie at one speed, Hz, from the stretches of its receptance; traced."""
     curve = _curve(source)
     # The search is done with the values alone; the derivative is put on its result.
-    still = _curve(jax.lax.stop_gradient(source))
-
-    def point(speed: Float[Array, ""]) -> tuple[Float[Array, ""], Float[Array, ""], Int[Array, ""], Bool[Array, ""]]:
-        still_speed = jax.lax.stop_gradient(speed)
-        mine, stable = parts, True
-        if lowest is not None:
-            mine, stable = above(still, parts, still_speed, lowest * jax.lax.stop_gradient(source.stiffness))
-        found = lowest_lobe_point(still, mine, still_speed)
-        offset = _follow(curve, speed, found)
-        exists = stable & (found.gain < jnp.inf)
-        gain = jnp.where(exists, _gain(curve, found.row, offset) / source.stiffness, jnp.nan)
-        omega = jnp.where(exists, curve.anchor[found.row] + offset, jnp.nan)
-        return gain, omega, found.lobe.astype(int), found.tie
-
-    return jax.vmap(point)(speed)
+    still, still_speed = _curve(jax.lax.stop_gradient(source)), jax.lax.stop_gradient(speed)
+    mine, stable = parts, True
+    if lowest is not None:
+        mine, stable = above(still, parts, still_speed, lowest * jax.lax.stop_gradient(source.stiffness))
+    found = lowest_lobe_point(still, mine, still_speed)
+    offset = _follow(curve, speed, found)
+    exists = stable & (found.gain < jnp.inf)
+    gain = jnp.where(exists, _gain(curve, found.row, offset) / source.stiffness, jnp.nan)
+    omega = jnp.where(exists, curve.anchor[found.row] + offset, jnp.nan)
+    return gain, omega, found.lobe.astype(int), found.tie
 
 
 def _follow(curve: ReceptanceCurve, speed: Float[Array, ""], found: LobePoint) -> Float[AnyArray, ""]:

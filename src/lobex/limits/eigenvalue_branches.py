@@ -61,6 +61,7 @@ class EigenvalueBranches:
     half: Float[AnyArray, " rows"]
     coefficients: Complex[AnyArray, "terms rows"]
 
+    turn = 0.0
     open_ended = False
     most_breaks = None
 

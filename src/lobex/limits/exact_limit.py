@@ -2,6 +2,7 @@
 
 from typing import Any, NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -12,7 +13,7 @@ from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray
 from lobex._timing import timed
-from lobex.limits.closed_form import Contacts, Rate, Regeneration, closed_form
+from lobex.limits.closed_form import Contacts, Form, Rate, Regeneration, closed_form, closed_forms
 from lobex.limits.d_subdivision import (
     MOST_LOBES,
     ExactMinimum,
@@ -22,10 +23,13 @@ from lobex.limits.d_subdivision import (
     exact_minimum,
     source_of,
 )
+from lobex.limits.each_structure import limits_of_each
 from lobex.limits.hayes import hayes_interval
 from lobex.limits.modal_curve import ModalCurve
 from lobex.limits.receptance import Receptance
 from lobex.limits.sections import Sections
+from lobex.limits.track_product import Tracks, limits_of_tracks
+from lobex.limits.tracks_form import Families
 from lobex.limits.undamped import undefined
 from lobex.processes.at_speeds import at_speed, has_followers, tabled
 from lobex.processes.declared import check_system
@@ -38,6 +42,8 @@ from lobex.results.limit import Limit
 
 # Rounding of the closed form: the bound that tests hold it to.
 _RELATIVE_ERROR = 1e-12
+# Families of waves whose limits are as near to each other are a tie.
+_TIE = 1e-9
 _REACH = 3.0
 _FILL = 6
 
@@ -101,11 +107,9 @@ def exact_limit(process: Process, speed: Any) -> Limit:
     warn_of_implausible(process, speed)
     with timed() as spent:
         if has_followers(process):
-            model = tabled(process, speed)
-            each = [_limits_of(at_speed(model, speed[i]), speed[i : i + 1]) for i in range(np.size(speed))]
-            parts = _Limits(*(lib.concatenate(part) for part in zip(*each, strict=True)))
+            parts = _at_each(tabled(process, speed), speed)
         else:
-            parts = _limits_of(process, speed)
+            parts = _limits_of(_form_of(process), speed)
     gain, frequency, low = (
         lib.where(parts.neutral, lib.nan, part) for part in (parts.gain, parts.frequency, parts.low)
     )
@@ -168,11 +172,58 @@ class _Limits(NamedTuple):
     missing: Int[AnyArray, " n"]
 
 
-def _limits_of(process: Process, speed: Float[AnyArray, " n"]) -> _Limits:
-    lib = namespace(process, speed)
+def _at_each(process: Process, speed: Float[AnyArray, " n"]) -> _Limits:
+    """Of a structure that follows the speed: those that have one contact at all speeds together."""
+    forms = closed_forms([at_speed(process, speed[i]) for i in range(np.size(speed))])
+    if isinstance(forms, str):
+        raise _refused(process, forms)
+    if isinstance(forms[0], Regeneration):
+        lib = namespace(forms, speed)
+        sources = jax.tree.map(lambda *leaves: lib.stack(leaves), *forms)
+        return _of_one_contact(*limits_of_each(sources, np.arange(len(forms)), speed), lib)
+    each = [_limits_of(form, speed[i : i + 1]) for i, form in enumerate(forms)]
+    lib = namespace(each)
+    return _Limits(*(lib.concatenate(part) for part in zip(*each, strict=True)))
+
+
+def _of_one_contact(gain: Any, omega: Any, tie: Any, lib: Any) -> _Limits:
+    none, everywhere = lib.zeros(np.shape(gain)), lib.ones(np.shape(gain), int)
+    return _Limits(
+        gain, omega / (2 * np.pi), none, tie, none > 0, everywhere * Kind.HOPF, everywhere * Status.NONE_IN_RANGE
+    )
+
+
+def _form_of(process: Process) -> Form:
     found = closed_form(process)
     if isinstance(found, str):
-        raise ValueError(f"process = {type(process).__name__} has no exact limit, since it {found}; give critical_gain")
+        raise _refused(process, found)
+    return found
+
+
+def _refused(process: Process, why: str) -> ValueError:
+    return ValueError(f"process = {type(process).__name__} has no exact limit, since it {why}; give critical_gain")
+
+
+def _of_families(found: Families, speed: Float[AnyArray, " n"]) -> _Limits:
+    """The least limit of all numbers of waves around the disc."""
+    lib, families = namespace(found, speed), found.blades
+    sources = Regeneration(found.receptance, lib.ones(families), lib.asarray(found.turn))
+    number = np.repeat(np.arange(families), np.size(speed))
+    gain, omega, tie = (
+        part.reshape(families, -1) for part in limits_of_each(sources, number, families * lib.tile(speed, families))
+    )
+    least = lib.argmin(lib.where(lib.isfinite(gain), gain, lib.inf), axis=0)[None]
+    gain_of, omega_of, tie_of = (lib.take_along_axis(part, least, axis=0)[0] for part in (gain, omega, tie))
+    same = lib.sum(gain <= gain_of * (1 + _TIE), axis=0) > 1
+    return _of_one_contact(gain_of, omega_of, tie_of | same, lib)
+
+
+def _limits_of(found: Form, speed: Float[AnyArray, " n"]) -> _Limits:
+    lib = namespace(found, speed)
+    if isinstance(found, Families):
+        return _of_families(found, speed)
+    if isinstance(found, Tracks):
+        return _of_one_contact(*limits_of_tracks(found, speed), lib)
     none, nowhere = lib.zeros(speed.shape), lib.zeros(speed.shape, bool)
     everywhere = lib.ones(speed.shape, int)
     if isinstance(found, Rate):

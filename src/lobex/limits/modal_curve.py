@@ -5,7 +5,7 @@ import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 
 from lobex._namespace import namespace
-from lobex._shapes import AnyArray
+from lobex._shapes import AnyArray, Number
 from lobex.limits.receptance_curve import clustered
 from lobex.limits.sections import Sections, modal_response
 
@@ -21,7 +21,7 @@ class ModalCurve:
     any rounding of ω, and everything else stays as it is.
     """
 
-    def __init__(self, sections: Sections) -> None:
+    def __init__(self, sections: Sections, turn: Number = 0.0) -> None:
         lib = namespace(sections)
         angular_frequency = lib.asarray(sections.angular_frequency, dtype=lib.result_type(float))
         order = lib.argsort(_still(angular_frequency))
@@ -33,6 +33,7 @@ class ModalCurve:
         weight = lib.asarray(sections.weight)[order]
         rate = None if sections.rate is None else lib.asarray(sections.rate)[order]
         self.sections = Sections(self.anchor, damping_ratio + raised, weight, rate)
+        self.turn = turn
         self.open_ended = True
         # Of Re G, its slope and the bend of arg G: degrees in ω² of their numerators, which are at most 4n.
         self.most_breaks = 4 * len(self.anchor)

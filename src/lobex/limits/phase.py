@@ -15,6 +15,11 @@ def half_turns(response: Complex[AnyArray, " *points"]) -> Float[AnyArray, " *po
     return lib.mod(lib.arctan2(-response.imag, response.real), 2 * lib.pi) / lib.pi - 0.5
 
 
+def turns_of(curve: ReceptanceCurve, response: Complex[AnyArray, " *points"]) -> Float[AnyArray, " *points"]:
+    """The turns of the phase without those of the delay."""
+    return half_turns(response) + curve.turn
+
+
 def half_turn_rate(
     response: Complex[AnyArray, " *points"], slope: Complex[AnyArray, " *points"]
 ) -> Float[AnyArray, " *points"]:
@@ -32,13 +37,15 @@ def half_turn_bend(
 def phase(
     curve: ReceptanceCurve, speed: Number, row: Int[AnyArray, ""], offset: Float[Array, ""]
 ) -> tuple[Float[AnyArray, ""], Float[AnyArray, ""], Float[AnyArray, ""]]:
-    """(ωτ − 2 arg G)/2π − 1/2, a lobe number where one passes, less the whole turns at the row's anchor; ′ and ″."""
+    """(ωτ − 2 arg G)/2π − 1/2 and the turn of the curve, a lobe number where one passes, less the whole turns at the
+    row's anchor; ′ and ″.
+    """
     rate = 1 / (2 * jnp.pi * speed)
     response, slope, bend = curve.at(row, offset)
     turns = curve.anchor[row] * rate
     within = turns - jax.lax.stop_gradient(jnp.floor(turns))
     return (
-        within + offset * rate + half_turns(response),
+        within + offset * rate + turns_of(curve, response),
         rate + half_turn_rate(response, slope),
         half_turn_bend(response, slope, bend),
     )

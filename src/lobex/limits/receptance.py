@@ -126,6 +126,7 @@ class SampledCurve:
             (3 * secant - 2 * slope[:-1] - slope[1:]) / self.step,
             (slope[:-1] + slope[1:] - 2 * secant) / self.step**2,
         )
+        self.turn = 0.0
         self.open_ended = False
         self.most_breaks = None
 

@@ -5,7 +5,7 @@ from typing import Protocol, runtime_checkable
 from jaxtyping import Bool, Complex, Float, Int
 
 from lobex._namespace import namespace
-from lobex._shapes import AnyArray
+from lobex._shapes import AnyArray, Number
 
 
 @runtime_checkable
@@ -16,6 +16,11 @@ class ReceptanceCurve(Protocol):
     """
 
     anchor: Float[AnyArray, " rows"]
+
+    @property
+    def turn(self) -> Number:
+        """Turns by which the phase of the delay is ahead: of a wave that travels from blade to blade."""
+        ...
 
     @property
     def open_ended(self) -> bool:

@@ -45,6 +45,28 @@ def sections_of(modes: Modes) -> Sections:
     return Sections(modes.angular_frequency, modes.damping_ratio, weight, rate)
 
 
+def sections_of_blocks(
+    blocks: Float[AnyArray, "*n 2 2"], inputs: Float[AnyArray, "... 2"], seen: Float[AnyArray, "... 2"], rates: bool
+) -> Sections:
+    """G of ż = A z + b f, y = c z with blocks of two states that oscillate.
+
+    Args:
+        blocks: A, (…, 2, 2), with ω of the shape (…).
+        inputs, seen: b and c, (…, 2), or with axes for contacts, (…, m, m, 2) together.
+        rates: whether a force acts at once on what is seen of the velocities.
+    """
+    lib = namespace(blocks, inputs, seen)
+    a00, a01, a10, a11 = (blocks[..., i, j] for i in (0, 1) for j in (0, 1))
+    own = lib.sqrt(a00 * a11 - a01 * a10)
+    damping_ratio = -(a00 + a11) / (2 * own)
+    contacts = (1,) * (max(np.ndim(inputs), np.ndim(seen)) - np.ndim(own) - 1)
+    a00, a01, a10, a11 = (part.reshape(*np.shape(part), *contacts) for part in (a00, a01, a10, a11))
+    (e0, e1), (c0, c1) = ((lib.asarray(part)[..., 0], lib.asarray(part)[..., 1]) for part in (inputs, seen))
+    weight = c0 * (a01 * e1 - a11 * e0) + c1 * (a10 * e0 - a00 * e1)
+    rate = lib.broadcast_to(c0 * e0 + c1 * e1, np.shape(weight)) if rates else None
+    return Sections(own, damping_ratio, weight, rate)
+
+
 def on_boundary(value: Float[AnyArray, " *points"]) -> Float[AnyArray, " *points"]:
     """K = −1/(2 Re G) of a root on the imaginary axis, of Re G; and Re G of K."""
     return -0.5 / value

@@ -49,7 +49,7 @@ def branched(sections: Sections, speed: Numbers) -> tuple[Branched, Float[np.nda
     Raises:
         ValueError: where JAX does not know these, as within ``jit`` and ``vmap``.
     """
-    known, still = _numbers((sections, speed))
+    known, still = numbers_of((sections, speed))
     return Branched(eigenvalue_branches(known, 2 * np.pi * np.max(still, initial=0.0))), still
 
 
@@ -71,7 +71,7 @@ def settled(
         speed: (…), Hz, and ``still`` what of it is a number.
     """
     there = np.isfinite(gain)
-    known = _numbers(sections)
+    known = numbers_of(sections)
     omega = np.where(there, omega, known.angular_frequency[0])
     # Beside a sharp resonance the distance from it keeps its digits, see ``ReceptanceCurve``.
     nearest = np.argmin(np.abs(known.angular_frequency - omega[..., None]), axis=-1)
@@ -109,7 +109,7 @@ def _carried(
     return _on_the_boundary(sections, speed, root._replace(offset=offset))
 
 
-def _numbers(tree: Any) -> Any:
+def numbers_of(tree: Any) -> Any:
     """What ``grad`` traces as the numbers that it is, in NumPy."""
 
     def one(leaf: Any) -> np.ndarray:

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float, Int
 
 from lobex._shapes import AnyArray
-from lobex.limits.phase import half_turn_bend, half_turn_rate, half_turns
+from lobex.limits.phase import half_turn_bend, half_turn_rate, turns_of
 from lobex.limits.receptance_curve import ReceptanceCurve, clustered
 from lobex.limits.sections import on_boundary
 
@@ -24,7 +24,7 @@ class Stretches(NamedTuple):
         row: the row of the curve, shape (c,).
         low, high: offsets of the ends of lower and higher gain, (c,), rad/s; high is infinite in the last,
             open stretch of a modal curve.
-        low_turns, high_turns: −arg G/π − 1/2 at the ends, (c,).
+        low_turns, high_turns: −arg G/π − 1/2 and the turn of the curve at the ends, (c,).
         low_rate, high_rate: its derivative by ω, (c,).
         gain: −1/(2 Re G) at the end of lower gain, (c,), N/m; infinite for a stretch that is none.
     """
@@ -61,7 +61,7 @@ def _ordered(curve: ReceptanceCurve, row: Int[AnyArray, " points"], offset: Floa
     response, slope, _ = curve.at(row, offset)
     middle, _, _ = curve.at(row[1:], (offset[1:] + offset[:-1]) / 2)
     present = (row[1:] == row[:-1]) & (offset[1:] > offset[:-1]) & (middle.real < 0)
-    points = (offset, half_turns(response), half_turn_rate(response, slope), response.real)
+    points = (offset, turns_of(curve, response), half_turn_rate(response, slope), response.real)
     reverse = response.real[1:] < response.real[:-1]
     low = [jnp.where(reverse, p[1:], p[:-1]) for p in points]
     high = [jnp.where(reverse, p[:-1], p[1:]) for p in points]

@@ -8,12 +8,15 @@ from lobex._float64 import in_float64
 from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import Number
+from lobex.processes.blade_tracks import blading_system
 from lobex.processes.cutting_force import CuttingForce, check_force
 from lobex.processes.process import check_point
 from lobex.processes.process_damping import ProcessDamping, check_damping, with_damping
 from lobex.processes.quantity import CONTACT_STIFFNESS, DEPTH_OF_CUT, SPEED_UNITS, Quantity
 from lobex.processes.speed_variation import SpeedVariation, check_variation
-from lobex.structures.modes import check_modes
+from lobex.structures.blading import Blading
+from lobex.structures.modes import Modes, check_modes
+from lobex.structures.ring import Ring
 from lobex.structures.rotating_modes import AnyModes
 from lobex.systems.coefficients import Constant
 from lobex.systems.system import DelaySystem, modal_system
@@ -29,27 +32,50 @@ class Rub:
     gain is the contact stiffness K_e, N/m.
 
     Attributes:
-        modes: the blade's modes at the contact, those that follow the speed (``RotatingModes``, ``ModesOverSpeed``), or
-            a measured ``Receptance``.
+        modes: the blade's modes at the contact, those that follow the speed (``RotatingModes``, ``ModesOverSpeed``), a
+            measured ``Receptance``, or a ``Blading``, whose blades rub in the tracks of each other.
+        casing: a flexible one: a ``Ring``, whose waves the blade runs past, or ``Modes`` at the contact, of what goes
+            round with it, such as those of a rig. It takes modes of a blade. None of a rigid one.
         speed_unit: in which speeds are drawn, "Hz" or "rpm"; or "1" of a model without units, its time and lengths
             being scaled: speed and gain are plain numbers then, and none of them is said to be implausible.
     """
 
-    modes: AnyModes
+    modes: AnyModes | Blading
     speed_unit: str = "Hz"
+    casing: Modes | Ring | None = None
 
     gain: ClassVar[Quantity] = CONTACT_STIFFNESS
-    passes: ClassVar[int] = 1
 
     def __post_init__(self) -> None:
-        check_modes(self.modes, measured=True, over_speed=True)
+        if not isinstance(self.modes, Blading):
+            check_modes(self.modes, measured=True, over_speed=True)
         _checks.choice("speed_unit", self.speed_unit, SPEED_UNITS)
+        if self.casing is None:
+            return
+        if not isinstance(self.casing, Modes | Ring):
+            raise ValueError(f"casing = {_checks.brief(self.casing)}; give lobex.Ring or lobex.Modes")
+        if isinstance(self.modes, Blading):
+            raise ValueError("casing is that of one blade; a Blading takes a rigid one, None")
+        check_modes(self.modes, over_speed=True)
+        if self.modes.directions != 1 or self.casing.directions != 1:
+            counts = f"modes has {self.modes.directions} contact directions and casing {self.casing.directions}"
+            raise ValueError(f"{counts}; give one each, along the normal of the contact")
+
+    @property
+    def passes(self) -> int:
+        """How many blades pass in a revolution."""
+        return self.modes.count if isinstance(self.modes, Blading) else 1
 
     @in_float64
     def system(self, speed: Number, gain: Number) -> DelaySystem:
         """The delay system at one speed (Hz) and one contact stiffness (N/m)."""
         check_point(self, speed, gain)
-        return _regenerative_system(self.modes, speed, gain)
+        if isinstance(self.modes, Blading):
+            return blading_system(self.modes, speed, gain)
+        modes = self.modes
+        if self.casing is not None:
+            modes = Modes.relative(tool=modes.at(speed), workpiece=self.casing.at(speed))
+        return _regenerative_system(modes, speed, gain)
 
 
 @pytree(static=("speed_unit",))
