@@ -40,6 +40,8 @@ def limit() -> lobex.Limit:
         kind_code=np.array([Kind.HOPF, Kind.NONE, Kind.FLIP], dtype=np.int8),
         status_code=np.array([Status.FOUND, Status.NONE_IN_RANGE, Status.TIE], dtype=np.int8),
         intervals=np.array([[[1e5, 1.5e5], [1.8e5, 2e5]], [[1e5, 2e5], [np.nan] * 2], [[1e5, 1.2e5], [np.nan] * 2]]),
+        mode=np.array([2, 0, 1]),
+        nodal_diameter=np.array([-1, -1, 3]),
         error=np.array([1e-3, np.nan, 2e-3]),
         bounds=(1e5, 2e5),
         method=_METHOD,

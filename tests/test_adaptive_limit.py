@@ -41,6 +41,8 @@ def search(speed, calls=None, curve=curve):
         kind_code=np.where(found, Kind.HOPF, Kind.NONE).astype(np.int8),
         status_code=status,
         intervals=intervals,
+        mode=np.zeros(len(speed), dtype=int),
+        nodal_diameter=np.full(len(speed), -1),
         error=1e-9 * gain,
         bounds=(0.0, 9.0),
         quantity=DEPTH_OF_CUT,

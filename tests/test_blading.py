@@ -36,6 +36,10 @@ def test_rings_of_six_blades_have_the_reference_limits(kind):
     limit = lobex.exact_limit(blading(kind), SPEED)
     np.testing.assert_allclose(limit.gain, LIMITS[kind], rtol=5e-10)
     np.testing.assert_allclose(limit.chatter_frequency, CHATTER[kind], rtol=5e-10)
+    # Of the file the wave is that of the multiplier with a positive imaginary part.
+    waves = limit.nodal_diameter if kind == "mistuned" else np.array([3, 5, 0, 1, 2])
+    turned = limit.chatter_frequency / SPEED % 1 < 0.5
+    np.testing.assert_array_equal(limit.nodal_diameter, np.where(turned, waves, -waves % 6) if waves[0] > 0 else -1)
 
 
 def test_spacing_alone_changes_nothing_of_blades_that_are_not_coupled():

@@ -13,6 +13,7 @@ from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray
 from lobex._timing import timed
+from lobex.limits.chattering_mode import Labels, labels_of, labels_of_families, no_labels
 from lobex.limits.closed_form import Contacts, Form, Rate, Regeneration, closed_form, closed_forms
 from lobex.limits.d_subdivision import (
     MOST_LOBES,
@@ -123,6 +124,7 @@ def exact_limit(process: Process, speed: Any) -> Limit:
         kind_code=lib.where(there, parts.kind, int(Kind.NONE)).astype("int8"),
         status_code=status.astype("int8"),
         intervals=lib.stack([lib.where(there, low, lib.nan), gain], axis=-1)[:, None],
+        **parts.labels._asdict(),
         error=_RELATIVE_ERROR * lib.abs(gain),
         bounds=(-np.inf if process.gain.signed else 0.0, np.inf),
         quantity=quantity_of(process),
@@ -170,6 +172,7 @@ class _Limits(NamedTuple):
     neutral: Bool[AnyArray, " n"]
     kind: Int[AnyArray, " n"]
     missing: Int[AnyArray, " n"]
+    labels: Labels
 
 
 def _at_each(process: Process, speed: Float[AnyArray, " n"]) -> _Limits:
@@ -180,16 +183,25 @@ def _at_each(process: Process, speed: Float[AnyArray, " n"]) -> _Limits:
     if isinstance(forms[0], Regeneration):
         lib = namespace(forms, speed)
         sources = jax.tree.map(lambda *leaves: lib.stack(leaves), *forms)
-        return _of_one_contact(*limits_of_each(sources, np.arange(len(forms)), speed), lib)
+        gain, omega, tie = limits_of_each(sources, np.arange(len(forms)), speed)
+        return _of_one_contact(gain, omega, tie, labels_of(sources, gain, omega))
     each = [_limits_of(form, speed[i : i + 1]) for i, form in enumerate(forms)]
     lib = namespace(each)
-    return _Limits(*(lib.concatenate(part) for part in zip(*each, strict=True)))
+    return jax.tree.map(lambda *part: lib.concatenate(part), *each)
 
 
-def _of_one_contact(gain: Any, omega: Any, tie: Any, lib: Any) -> _Limits:
+def _of_one_contact(gain: Any, omega: Any, tie: Any, labels: Labels) -> _Limits:
+    lib = namespace(gain, omega)
     none, everywhere = lib.zeros(np.shape(gain)), lib.ones(np.shape(gain), int)
     return _Limits(
-        gain, omega / (2 * np.pi), none, tie, none > 0, everywhere * Kind.HOPF, everywhere * Status.NONE_IN_RANGE
+        gain,
+        omega / (2 * np.pi),
+        none,
+        tie,
+        none > 0,
+        everywhere * Kind.HOPF,
+        everywhere * Status.NONE_IN_RANGE,
+        labels,
     )
 
 
@@ -215,7 +227,9 @@ def _of_families(found: Families, speed: Float[AnyArray, " n"]) -> _Limits:
     least = lib.argmin(lib.where(lib.isfinite(gain), gain, lib.inf), axis=0)[None]
     gain_of, omega_of, tie_of = (lib.take_along_axis(part, least, axis=0)[0] for part in (gain, omega, tie))
     same = lib.sum(gain <= gain_of * (1 + _TIE), axis=0) > 1
-    return _of_one_contact(gain_of, omega_of, tie_of | same, lib)
+    waves = np.asarray(least)[0] if found.even and not _checks.is_traced(least) else np.full(np.size(speed), -1)
+    labels = labels_of_families(found.receptance, waves, gain_of, omega_of)
+    return _of_one_contact(gain_of, omega_of, tie_of | same, labels)
 
 
 def _limits_of(found: Form, speed: Float[AnyArray, " n"]) -> _Limits:
@@ -223,19 +237,30 @@ def _limits_of(found: Form, speed: Float[AnyArray, " n"]) -> _Limits:
     if isinstance(found, Families):
         return _of_families(found, speed)
     if isinstance(found, Tracks):
-        return _of_one_contact(*limits_of_tracks(found, speed), lib)
+        gain, omega, tie = limits_of_tracks(found, speed)
+        return _of_one_contact(gain, omega, tie, labels_of(found, gain, omega))
     none, nowhere = lib.zeros(speed.shape), lib.zeros(speed.shape, bool)
     everywhere = lib.ones(speed.shape, int)
     if isinstance(found, Rate):
         interval = hayes_interval(found.own, speed)
         low, gain = interval.lower / found.delayed, interval.upper / found.delayed
-        return _Limits(gain, none, low, nowhere, nowhere, everywhere * Kind.FOLD, everywhere * Status.NONE_IN_RANGE)
+        return _Limits(
+            gain,
+            none,
+            low,
+            nowhere,
+            nowhere,
+            everywhere * Kind.FOLD,
+            everywhere * Status.NONE_IN_RANGE,
+            no_labels(np.size(speed)),
+        )
     by_lobes = exact_critical(found, speed)
     seen = found.receptance
     missing = Status.BEYOND_THE_MEASURED_FREQUENCIES if isinstance(seen, Receptance) else Status.NONE_IN_RANGE
     neutral = undefined(seen, speed) if isinstance(found, Regeneration) and isinstance(seen, Sections) else nowhere
     parts = by_lobes.gain, by_lobes.chatter_frequency, none, by_lobes.tie, neutral
-    return _Limits(*parts, everywhere * Kind.HOPF, everywhere * missing)
+    labels = labels_of(found, by_lobes.gain, by_lobes.angular_frequency)
+    return _Limits(*parts, everywhere * Kind.HOPF, everywhere * missing, labels)
 
 
 @in_float64

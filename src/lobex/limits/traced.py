@@ -14,6 +14,7 @@ from lobex.characteristic.method import CharacteristicRoots
 from lobex.floquet import power
 from lobex.grids.choice import AnyMethod, Auto, operator_of
 from lobex.limits.changes import TIE, label_densely, operator_family
+from lobex.limits.chattering_mode import no_labels
 from lobex.limits.closed_form import Regeneration, closed_form
 from lobex.limits.d_subdivision import exact_critical
 from lobex.limits.growth import SQUARINGS, find_zero_growth, growth
@@ -55,6 +56,7 @@ def traced_critical_gain(process: Process, speed: Any, gains: np.ndarray, method
         kind_code=kind,
         status_code=status,
         intervals=nothing,
+        **no_labels(jnp.size(gain))._asdict(),
         error=nothing[:, 0, 0],
         bounds=(float(gains[0]), float(gains[-1])),
         quantity=process.gain,

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 # Distinct in grey and by marker as well as by colour.
 COLOUR = {Kind.HOPF: "#12436d", Kind.FLIP: "#c8500a", Kind.FOLD: "#5d8a3a"}
 NAME = {Kind.HOPF: "Hopf (complex pair)", Kind.FLIP: "flip (μ = −1)", Kind.FOLD: "fold (μ = +1)"}
+# Of modes, and of waves around the disc, one after the other: Okabe and Ito's, which colour-blind people tell apart.
+_LABELLED = ("#12436d", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#5d3a9b", "#7a7a7a")
 _MARKER = {Kind.HOPF: "o", Kind.FLIP: "s", Kind.FOLD: "^"}
 _STABLE = "#d6e6f2"
 _BAND = "#e0a458"
@@ -46,9 +48,8 @@ def _panels_of(limit: "Limit", axes: Any, speed_unit: str | None, band: Band | N
     speed, gain = _draw_gain(upper, limit, scale, band)
     order = np.argsort(limit.speed)
     kinds, frequency = np.asarray(limit.kind_code)[order], limit.chatter_frequency[order]
-    for kind in NAME:
-        here = kinds == kind
-        lower.plot(speed[here], frequency[here], **_style(kind, here))
+    for here, style, _ in _groups(limit, order):
+        lower.plot(speed[here], frequency[here], **style)
     for start, stop in _broken(limit.lobe[order], kinds):
         lower.plot(speed[start:stop], frequency[start:stop], color="0.25", linewidth=0.6)
     _number_lobes(upper, speed, gain, limit.lobe[order])
@@ -108,11 +109,27 @@ def _draw_gain(
         low, high = (edge[order] / limit.quantity.scale for edge in band[:2])
         ax.fill_between(speed, low, high, color=_BAND, alpha=0.75, linewidth=0, label=band[2])
     ax.plot(speed, gain, color="0.25", linewidth=0.8)
-    for kind, name in NAME.items():
-        here = np.asarray(limit.kind_code)[order] == kind
-        if here.any():
-            ax.plot(speed[here], gain[here], label=name, **_style(kind, here))
+    for here, style, name in _groups(limit, order):
+        ax.plot(speed[here], gain[here], label=name, **style)
     return speed, gain
+
+
+def _groups(limit: "Limit", order: np.ndarray) -> list[tuple[np.ndarray, dict[str, Any], str]]:
+    """Limits that are drawn alike, with their style and name: by kind, or where there is one kind, by the modes or the
+    waves around the disc that chatter, each in a colour of its own.
+    """
+    kinds = np.asarray(limit.kind_code)[order]
+    found = [(kinds == kind, _style(kind, kinds == kind), name) for kind, name in NAME.items() if np.any(kinds == kind)]
+    for name, codes, none in (("nodal diameter {}", limit.nodal_diameter, -1), ("mode {}", limit.mode, 0)):
+        labels = np.asarray(codes)[order]
+        values = np.unique(labels[labels > none])
+        if len(found) == 1 and 1 < len(values) <= len(_LABELLED):
+            style = found[0][1]
+            return [
+                (labels == value, {**style, "color": colour}, name.format(value))
+                for value, colour in zip(values, _LABELLED, strict=False)
+            ]
+    return found
 
 
 def _style(kind: Kind, here: np.ndarray) -> dict[str, Any]:

@@ -30,6 +30,11 @@ class Limit(OfProcess, form="lobex limit 2"):
         kind_code, status_code: members of ``Kind`` and ``Status``, (n,).
         intervals: every stable interval of gains within the bounds, (n, k, 2), NaN past the last of a speed;
             an interval that begins or ends at a bound goes on beyond it, as far as is known.
+        mode: the number of the mode that takes the largest part in the vibration at the limit, (n,), from 1 in the
+            order of the structure's, those of a casing after those of the blade; 0 where it is not told, as of what is
+            found by an operator.
+        nodal_diameter: k of a stage of N equal blades that vibrate as e^{i(ωt − 2πkj/N)}, (n,), each by k/N of a period
+            after the one before it: k waves go around the disc, or N − k the other way; −1 where there are none.
         error: estimated error of the gain, of a finer discretisation, (n,).
         bounds: lowest and highest gain looked at.
         quantity: what the gain is.
@@ -49,6 +54,8 @@ class Limit(OfProcess, form="lobex limit 2"):
     intervals: Any = field(
         Array("speed interval edge=2", "stable intervals within the bounds", in_gain, name="stable_interval")
     )
+    mode: Any = field(Array("speed", "number of the mode that chatters, 0 where not told", dtype=np.int64))
+    nodal_diameter: Any = field(Array("speed", "waves of blades around the disc, -1 for none", dtype=np.int64))
     error: Any = field(Array("speed", "estimated error of the gain", in_gain))
     bounds: tuple[float, float] = field(Attribute(lambda stored, name: stored.numbers(name, 2)))
     method: dict[str, Any]

@@ -1,0 +1,102 @@
+"""Which mode chatters at a limit, and with how many waves around the disc."""
+
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+from jaxtyping import Float, Int
+
+from lobex import _checks
+from lobex.limits.closed_form import Contacts, Regeneration, closed_form, closed_forms
+from lobex.limits.receptance import receptance
+from lobex.limits.sections import Sections
+from lobex.limits.track_product import Tracks
+from lobex.processes.at_speeds import at_speed, has_followers
+from lobex.processes.process import Process
+
+
+class Labels(NamedTuple):
+    """Of limits (n,).
+
+    Attributes:
+        mode: the number of the mode, from 1; 0 where it is not told.
+        nodal_diameter: the number of waves of blades around the disc; −1 where there are none.
+    """
+
+    mode: Int[np.ndarray, " n"]
+    nodal_diameter: Int[np.ndarray, " n"]
+
+
+def no_labels(count: int) -> Labels:
+    """Of limits of which neither is told."""
+    return Labels(np.zeros(count, dtype=np.int64), np.full(count, -1))
+
+
+def labels_of(found: Any, gain: Any, omega: Any) -> Labels:
+    """Of limits of a structure in closed form: the mode that takes the largest part in the response G(jω) there, of
+    blades that differ in that of the one that moves most.
+
+    Args:
+        found: what ``closed_form`` says; or of a structure that follows the speed, fields with a leading axis of them.
+        gain, omega: of the limits, (n,), N/m and rad/s, with NaN where there is none.
+    """
+    none = no_labels(np.size(gain))
+    if _checks.is_traced((found, gain, omega)) or not isinstance(found, Regeneration | Contacts | Tracks):
+        return none
+    if not isinstance(found.receptance, Sections):
+        return none
+    gain, omega = np.asarray(gain, dtype=float), np.asarray(omega, dtype=float)
+    there = np.isfinite(gain) & np.isfinite(omega)
+    at = np.where(there, omega, 1.0)
+    sections = found.receptance
+    if isinstance(found, Tracks):
+        sections = _of_blades(sections, _loudest(found, np.where(there, gain, 1.0), at))
+    return none._replace(mode=np.where(there, 1 + np.argmax(_parts(sections, at), axis=1), 0))
+
+
+def labels_of_process(process: Process, speed: Float[np.ndarray, " n"], gain: Any, frequency: Any) -> Labels:
+    """Of limits found otherwise, at frequencies in Hz, where the process has a closed form."""
+    if has_followers(process):
+        found: Any = closed_forms([at_speed(process, one) for one in speed])
+        alike = not isinstance(found, str) and isinstance(found[0], Regeneration)
+        found = jax.tree.map(lambda *leaves: np.stack(leaves), *found) if alike else None
+    else:
+        found = closed_form(process)
+    return labels_of(found, gain, 2 * np.pi * frequency)
+
+
+def labels_of_families(receptance: Sections, waves: Int[np.ndarray, " n"], gain: Any, omega: Any) -> Labels:
+    """As ``labels_of``, of equal blades with so many waves around the disc at each limit, (n,), −1 for none."""
+    if _checks.is_traced((receptance, gain, omega)):
+        return no_labels(np.size(gain))
+    known = Regeneration(_of_blades(receptance, np.maximum(waves, 0)), 1.0)
+    found = labels_of(known, gain, omega)
+    return found._replace(nodal_diameter=np.where(found.mode > 0, waves, -1))
+
+
+def _of_blades(sections: Sections, blade: Int[np.ndarray, " n"]) -> Sections:
+    return jax.tree.map(lambda part: np.asarray(part)[blade], sections)
+
+
+def _parts(sections: Sections, omega: Float[np.ndarray, " n"]) -> Float[np.ndarray, "n modes"]:
+    """How large the part of each mode is in G(jω), of one contact or of several together."""
+    own, ratio = np.asarray(sections.angular_frequency), np.asarray(sections.damping_ratio)
+    weight: Any = np.asarray(sections.weight) + 0j
+    rate = 0.0 if sections.rate is None else np.asarray(sections.rate)
+    at = omega[:, None]
+    denominator = own**2 - at**2 + 2j * ratio * own * at
+    if np.ndim(weight) == 3:
+        size = np.linalg.norm(weight + 1j * omega[:, None, None, None] * rate, axis=(2, 3))
+        return size / np.abs(denominator)
+    return np.abs((weight + 1j * at * rate) / denominator)
+
+
+def _loudest(tracks: Tracks, gain: Float[np.ndarray, " n"], omega: Float[np.ndarray, " n"]) -> Int[np.ndarray, " n"]:
+    """The blade that moves most: yⱼ (1 + K Gⱼ) = K Gⱼ e^{−iωτⱼ} yⱼ₋₁, so that sizes follow from one to the next."""
+    count = np.shape(tracks.receptance.angular_frequency)[0]
+    size = np.ones((len(gain), count))
+    for j in range(1, count):
+        one = jax.tree.map(lambda part, j=j: np.asarray(part)[j], tracks.receptance)
+        response = gain * np.asarray(receptance(one, omega))
+        size[:, j] = size[:, j - 1] * np.abs(response / (1 + response))
+    return np.argmax(size, axis=1)
