@@ -141,6 +141,25 @@ def test_the_campbell_diagram_marks_the_critical_speeds():
     assert len(axes.get_legend().get_texts()) == 4
 
 
+def test_critical_speeds_of_modes_that_stiffen_lie_on_their_own_frequencies():
+    # f² = f₀² + B s²: order k meets it at s = f₀/√(k² − B), and no order below √B does.
+    still, stiffening = np.array([200.0, 500.0]), np.array([1.6, 6.5])
+    shape = np.ones((2, 1))
+    modes = lobex.RotatingModes(2 * np.pi * still, np.diag(stiffening), None, [0.01, 0.01], shape, None, (1, 2))
+    order = np.arange(1, 7)
+    with np.errstate(invalid="ignore"):
+        expected = still[:, None] / np.sqrt(order**2 - stiffening[:, None])
+    np.testing.assert_allclose(lobex.critical_speeds(modes, 1, 6), expected, rtol=1e-12)
+    limit = lobex.exact_limit(lobex.Rub(modes), [60.0, 80.0])
+    axes = lobex.campbell(modes, nodal_diameters=2, highest_speed=120.0, limit=limit)
+    marks = next(line for line in axes.get_lines() if line.get_marker() == "o" and line.get_markersize() == 5)
+    speed, frequency = marks.get_data()
+    assert len(speed) > 3
+    assert np.max(np.min(np.abs(frequency[:, None] - 2 * order * speed[:, None]), axis=1)) < 1e-9
+    chatter = np.concatenate([line.get_ydata() for line in axes.get_lines() if "chatter" in str(line.get_label())])
+    np.testing.assert_allclose(chatter, limit.chatter_frequency)
+
+
 def test_printing_and_saving(spectrum, tmp_path):
     for part in ("41 speeds ×", "window 'hann'", "largest line"):
         assert part in repr(spectrum)

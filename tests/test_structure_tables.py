@@ -208,7 +208,10 @@ ROW = {"frequency": [50.0, 70.0], "damping_ratio": 0.02, "mass": 1.0}
             lambda: lobex.march_wear(MIXED, lobex.Casing(), lobex.Linear(1e5), 60.0, 2, 1024),
             "which a march of wear does",
         ),
-        (lambda: lobex.campbell(lobex.ModesOverSpeed.from_modes([20.0, 30.0], [ONE, ONE])), "serve processes alone"),
+        (
+            lambda: lobex.campbell(lobex.ModesOverSpeed.from_modes([20.0, 30.0], [ONE, ONE]), highest_speed=40.0),
+            "highest_speed = 40 Hz is beyond the modes; give 30 Hz or less",
+        ),
     ],
 )
 def test_tables_are_refused_in_one_line(call, words):

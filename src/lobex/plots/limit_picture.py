@@ -48,7 +48,7 @@ def _panels_of(limit: "Limit", axes: Any, speed_unit: str | None, band: Band | N
     speed, gain = _draw_gain(upper, limit, scale, band)
     order = np.argsort(limit.speed)
     kinds, frequency = np.asarray(limit.kind_code)[order], limit.chatter_frequency[order]
-    for here, style, _ in _groups(limit, order):
+    for here, style, _ in groups(limit, order):
         lower.plot(speed[here], frequency[here], **style)
     for start, stop in _broken(limit.lobe[order], kinds):
         lower.plot(speed[start:stop], frequency[start:stop], color="0.25", linewidth=0.6)
@@ -109,12 +109,12 @@ def _draw_gain(
         low, high = (edge[order] / limit.quantity.scale for edge in band[:2])
         ax.fill_between(speed, low, high, color=_BAND, alpha=0.75, linewidth=0, label=band[2])
     ax.plot(speed, gain, color="0.25", linewidth=0.8)
-    for here, style, name in _groups(limit, order):
+    for here, style, name in groups(limit, order):
         ax.plot(speed[here], gain[here], label=name, **style)
     return speed, gain
 
 
-def _groups(limit: "Limit", order: np.ndarray) -> list[tuple[np.ndarray, dict[str, Any], str]]:
+def groups(limit: "Limit", order: np.ndarray) -> list[tuple[np.ndarray, dict[str, Any], str]]:
     """Limits that are drawn alike, with their style and name: by kind, or where there is one kind, by the modes or the
     waves around the disc that chatter, each in a colour of its own.
     """

@@ -8,7 +8,9 @@ from lobex import _checks
 from lobex._by_name import by_name
 from lobex.results.fields import Array, Coordinate, derived, field
 from lobex.results.result import Result
-from lobex.structures.modes import Modes, check_modes
+from lobex.structures.engine_orders import crossing_speeds
+from lobex.structures.modes import check_modes
+from lobex.structures.rotating_modes import AnyModes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -113,25 +115,29 @@ def spectrum_of(march: "WearMap", skip: int, window: str) -> SpectrumMap:
     )
 
 
-def critical_speeds(modes: Modes, nodal_diameters: int = 2, harmonics: int = 3) -> np.ndarray:
+def critical_speeds(modes: AnyModes, nodal_diameters: int = 2, harmonics: int = 3) -> np.ndarray:
     """Speeds at which a multiple of the casing's nodal diameters excites a natural frequency, (1.18).
 
     Args:
-        modes: the blade's modes.
+        modes: the blade's modes, also those that follow the speed.
         nodal_diameters: bumps of the casing per revolution.
         harmonics: how many multiples k = nodal_diameters · 1, 2, …
 
     Returns:
-        f/k in Hz, shape (modes, harmonics): engine-order resonances without contact, which stiffens the blade and
-        moves them up.
+        f/k in Hz, shape (modes, harmonics), with f at that very speed, NaN where a mode stiffens away from an order:
+        engine-order resonances without contact, which stiffens the blade and moves them up.
     """
-    check_modes(modes)
+    check_modes(modes, over_speed=True)
     _checks.untraced("critical_speeds", modes=modes)
-    return critical_speeds_of(np.asarray(modes.frequency), nodal_diameters, harmonics)
+    return crossing_speeds(modes, multiples(nodal_diameters, harmonics))
 
 
 def critical_speeds_of(frequency: Any, nodal_diameters: int, harmonics: int) -> np.ndarray:
     """f/k of natural frequencies (modes,), shape (modes, harmonics)."""
+    return np.asarray(frequency, dtype=float)[:, None] / multiples(nodal_diameters, harmonics)
+
+
+def multiples(nodal_diameters: int, harmonics: int) -> np.ndarray:
+    """k = nodal_diameters · 1, 2, …, (harmonics,)."""
     nodal_diameters = _checks.integer("nodal_diameters", nodal_diameters, 1)
-    harmonics = _checks.integer("harmonics", harmonics, 1)
-    return np.asarray(frequency, dtype=float)[:, None] / (nodal_diameters * np.arange(1, harmonics + 1))
+    return nodal_diameters * np.arange(1, _checks.integer("harmonics", harmonics, 1) + 1)
