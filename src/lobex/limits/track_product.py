@@ -25,7 +25,7 @@ _ROUNDS = 60
 # Of ω, the distance from which on two branches that end together meet.
 _MEETING = 1e-12
 # Where the factor of a blade is looked at, around its least value in units of the width of its dip.
-_AROUND = np.array([-30.0, -10.0, -3.0, -1.0, -0.3, 0.0, 0.3, 1.0, 3.0, 10.0, 30.0])
+_AROUND = np.array([-3.0, -1.0, 0.0, 1.0, 3.0])
 # And in units of that place: of equal blades twice that is the limit itself.
 _BESIDE = np.array([1e-3, 1.7, 2.3])
 _HALVINGS, _STEPS = 10, 8
@@ -165,8 +165,12 @@ def _excess(
     real: Float[np.ndarray, "*p N"], size: Float[np.ndarray, "*p N"], x: Float[np.ndarray, " *p"]
 ) -> Float[np.ndarray, " *p"]:
     """∏ |1 + x/Gⱼ|² − 1."""
+    product = np.ones(np.shape(x))
     with np.errstate(over="ignore", invalid="ignore"):
-        return np.prod(1 + x[..., None] * (2 * real + x[..., None] * size), axis=-1) - 1
+        # One blade after the other: all of them at once would not stay in cache.
+        for j in range(np.shape(real)[-1]):
+            product *= 1 + x * (2 * real[..., j] + x * size[..., j])
+    return product - 1
 
 
 def _root(
