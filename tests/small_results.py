@@ -212,11 +212,25 @@ def cut() -> lobex.Cut:
     )
 
 
+_CASING = {
+    "samples_per_revolution": 4,
+    "lag": 0,
+    "usable_orders": 1,
+    "natural_frequency": np.array([146.5]),
+    "nodal_diameters": 2,
+    "radius": 0.5,
+    "axial_width": 0.02,
+    "failed": 0,
+    **_TIME,
+}
+
+
 def wear_map() -> lobex.WearMap:
     """Two lanes of three revolutions over four cells."""
     turns = np.arange(1.0, 7.0).reshape(2, 3)
     said = {"modes": describe(MODES), "casing": describe(lobex.Casing()), "law": describe(lobex.Linear(4.5e6))}
     energies = dict.fromkeys(("input_energy", "removal_energy", "damping_energy", "stored_energy"), turns)
+    energies |= dict.fromkeys(("friction_energy", "speeding_energy"), turns / 8)
     return lobex.WearMap(
         speed=SPEED[:2],
         speed_history=np.repeat(SPEED[:2, None], 3, axis=1),
@@ -226,18 +240,44 @@ def wear_map() -> lobex.WearMap:
         wear=1e-8 * turns,
         displacement=np.arange(24.0).reshape(2, 12) * 1e-6,
         amplitude=1e-5 * turns,
+        casing_amplitude=1e-6 * turns,
         contact=turns / 10,
+        force=100 * turns,
+        watched=np.arange(24.0).reshape(2, 1, 12),
+        watched_amplitude=turns[:, None],
         **energies,
-        samples_per_revolution=4,
-        lag=0,
-        usable_orders=1,
-        natural_frequency=np.array([146.5]),
-        nodal_diameters=2,
-        radius=0.5,
-        axial_width=0.02,
+        **_CASING,
         model=said,
-        failed=0,
-        **_TIME,
+    )
+
+
+def blading_wear() -> lobex.BladingWear:
+    """Two lanes of three revolutions over four cells: two blades with two contacts each in tracks of their own."""
+    turns = np.arange(1.0, 7.0).reshape(2, 3)
+    touching, bladed = (np.repeat(turns[:, None], count, axis=1) for count in (4, 2))
+    said = {"modes": describe(MODES), "casing": describe(lobex.Casing()), "law": describe(lobex.Linear(4.5e6))}
+    return lobex.BladingWear(
+        speed=SPEED[:2],
+        speed_history=np.repeat(SPEED[:2, None], 3, axis=1),
+        angle=np.arange(4) * np.pi / 2,
+        blade=np.array([0, 0, 1, 1]),
+        track=np.array([0, 1, 0, 1]),
+        place=np.array([0.0, 0.0, 3.0, 3.0]),
+        unworn=np.full((2, 4), 1e-4),
+        depth=np.arange(16.0).reshape(2, 2, 4) * 1e-6,
+        wear=1e-8 * bladed,
+        displacement=np.arange(96.0).reshape(2, 4, 12) * 1e-6,
+        amplitude=1e-5 * touching,
+        casing_amplitude=1e-6 * touching,
+        contact=touching / 10,
+        force=100 * touching,
+        **dict.fromkeys(("input_energy", "removal_energy", "friction_energy"), touching),
+        **dict.fromkeys(("damping_energy", "stored_energy", "speeding_energy"), bladed),
+        **dict.fromkeys(("casing_damping_energy", "casing_stored_energy", "casing_speeding_energy"), turns),
+        watched=np.arange(48.0).reshape(2, 2, 1, 12),
+        watched_amplitude=bladed[:, :, None],
+        **_CASING,
+        model=said,
     )
 
 
@@ -280,6 +320,7 @@ RESULTS: dict[str, Any] = {
     "next speeds": next_speeds,
     "comparison": comparison,
     "wear map": wear_map,
+    "blading wear": blading_wear,
     "spectrum": spectrum,
     "study": study,
     "study of limits": study_of_limits,

@@ -115,9 +115,9 @@ def test_a_speed_that_softens_below_zero_is_refused_and_that_of_divergence_named
         jax.jit(lambda modes: modes.divergence_speed)(SINKING)
 
 
-def test_a_march_of_wear_takes_modes_at_one_speed():
-    with pytest.raises(ValueError, match="give those at one speed, by at"):
-        lobex.march_wear(SINKING, lobex.Casing(), lobex.Linear(1e5), 20.0, 2, 1024)
+def test_a_march_of_wear_is_refused_beyond_divergence():
+    with pytest.raises(ValueError, match="speed = 30 Hz softens the structure to a negative stiffness"):
+        lobex.march_wear(SINKING, lobex.Casing(), lobex.Linear(1e5), [20.0, 30.0], 2, 1024)
 
 
 @pytest.mark.parametrize("modes", [SINKING, TABLE], ids=["rotating", "table"])

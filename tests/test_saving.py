@@ -20,7 +20,7 @@ from refusals import refused
 from small_results import RESULTS
 
 ALONE = [name for name in RESULTS if not name.startswith("study")]
-WITHOUT_TABLE = {"wear map", "study of wear", "recommendation"}
+WITHOUT_TABLE = {"wear map", "blading wear", "study of wear", "recommendation"}
 
 
 @pytest.fixture(scope="module")

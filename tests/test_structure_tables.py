@@ -205,10 +205,6 @@ ROW = {"frequency": [50.0, 70.0], "damping_ratio": 0.02, "mass": 1.0}
         (lambda: lobex.ModesOverSpeed.from_modes([20.0, 30.0], [ONE, TWO]), "modes differ in number or directions"),
         (lambda: lobex.Modes([1.0], [0.1], [[1.0]], quadrature=[1.0]), "quadrature has shape (1,); give that of shape"),
         (
-            lambda: lobex.march_wear(MIXED, lobex.Casing(), lobex.Linear(1e5), 60.0, 2, 1024),
-            "which a march of wear does",
-        ),
-        (
             lambda: lobex.campbell(lobex.ModesOverSpeed.from_modes([20.0, 30.0], [ONE, ONE]), highest_speed=40.0),
             "highest_speed = 40 Hz is beyond the modes; give 30 Hz or less",
         ),

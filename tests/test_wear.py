@@ -283,7 +283,7 @@ def test_too_few_steps_are_refused_with_the_speed_and_the_steps_needed():
 
 def test_a_lane_that_blows_up_is_nan_and_named(monkeypatch):
     """At the very limit of stability a contact that comes and goes pumps energy into the march."""
-    monkeypatch.setattr("lobex.marches.wear.check_steps", lambda *_: None)
+    monkeypatch.setattr("lobex.marches.resolved_steps.check_steps", lambda *_: None)
     steps = needed_steps(SINGLE, 10.0)
     with pytest.warns(lobex.SweepWarning, match=r"1 of 2 lanes blew up and are NaN, at speed = 10 Hz") as caught:
         result = lobex.march_wear(SINGLE, lobex.Casing(), RUB, [10.0, 400.0], 3, steps)
@@ -317,7 +317,6 @@ def test_a_lane_that_blows_up_is_nan_and_named(monkeypatch):
         (lambda: march(law=4.5e6), "law = 4500000.0"),
         (lambda: march(law=lobex.Linear), "no contact law"),
         (lambda: lobex.march_wear("rod", lobex.Casing(), RUB, SPEEDS), "modes = 'rod'"),
-        (lambda: lobex.march_wear(lobex.Modes.plane(x=ROD, y=ROD), lobex.Casing(), RUB, SPEEDS), "2 contact"),
         (lambda: jax.jit(lambda s: march(speed=s).depth)(SPEEDS), "traced"),
         (lambda: march(revolutions=1).spectrum(), "skip = 0 leaves 1"),
         (lambda: march(speed=[[80.0, 81.0, 82.0]]).spectrum(), "changing speed"),

@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from lobex.processes.speed_variation import SpeedVariation
     from lobex.processes.tool_file import read_tool
     from lobex.results.band import Band
+    from lobex.results.blading_wear import BladingWear
     from lobex.results.boundary import Boundary
     from lobex.results.chart import Chart
     from lobex.results.comparison import Comparison
@@ -78,6 +79,7 @@ _HOME = {
     "Band": "results.band",
     "Beam": "structures.beam",
     "Blading": "structures.blading",
+    "BladingWear": "results.blading_wear",
     "Boundary": "results.boundary",
     "Casing": "contact.casing",
     "CharacteristicRoots": "characteristic.method",
@@ -155,6 +157,7 @@ __all__ = [
     "Band",
     "Beam",
     "Blading",
+    "BladingWear",
     "Boundary",
     "Casing",
     "CharacteristicRoots",

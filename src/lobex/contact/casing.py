@@ -45,6 +45,8 @@ class Casing:
         axial_width: axial length of the rub track, m, for volumes; 1 gives them per metre.
         surface: a profile of your own in place of the bumps, shape (cells,), m, starting at θ = 0. It may be
             negative everywhere, for permanent contact.
+        structure: of a flexible casing its modes as the contact meets them, one direction for each contact, outwards as
+            the tip's: ``Modes``, or those that follow the speed, such as a ``Ring``; None of a rigid one.
 
     Raises:
         ValueError: for values that are not finite, negative or zero where that has no meaning, an unknown bump,
@@ -59,6 +61,7 @@ class Casing:
     radius: Number = 0.5
     axial_width: Number = 1.0
     surface: Real[AnyArray, " cells"] | None = None
+    structure: Any = None
 
     def __post_init__(self) -> None:
         object.__setattr__(

@@ -51,8 +51,8 @@ def filter_matrix(steps: int, factor: int) -> np.ndarray:
 def decimate(
     matrix: Float[AnyArray, "tile stretch"],
     factor: int,
-    tail: Float[Array, "tail lanes"],
-    signal: Float[Array, "steps lanes"],
+    tail: Float[AnyArray, "tail lanes"],
+    signal: Float[AnyArray, "steps lanes"],
 ) -> Float[Array, "samples lanes"]:
     """Every ``factor``-th sample of the filtered ``signal`` (steps, lanes) that follows ``tail``.
 

@@ -1,145 +1,124 @@
-"""One revolution of a rubbing blade at many speeds: every lane moves on by one casing cell per step."""
+"""One revolution of rubbing blades at many speeds: every contact moves on by one casing cell per step."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
 from lobex._shapes import AnyArray
 from lobex.contact.laws import ContactLaw
-from lobex.marches.central_difference import ModalStep
+from lobex.marches.bodies import Body
+from lobex.marches.central_difference import energy
 from lobex.marches.decimation import decimate
-from lobex.structures.modes import Modes
+from lobex.marches.rub_step import Bladed, Moving, RubStep, Still, Totals
+from lobex.marches.tracks import Depth, Tracks
 
 # Steps per turn of the loop, for less overhead; more only compiled longer.
 _UNROLL = 4
 
 
-class Blade(NamedTuple):
-    """Where a revolution begins and ends: modal displacement and velocity (modes, lanes), depth removed
-    (cells, lanes), and the tip's last displacements (tail, lanes) for the decimation's filter."""
+class Rubbing(NamedTuple):
+    """Where a revolution begins and ends.
 
-    displacement: Float[Array, "modes lanes"]
-    velocity: Float[Array, "modes lanes"]
-    depth: Float[Array, "cells lanes"]
-    tail: Float[Array, "tail lanes"]
+    Attributes:
+        bodies: the blades and, if it is flexible, the casing.
+        depth: removed from the tracks, (cells, tracks · lanes).
+        tail: what was last seen, (tail, seen · blades · lanes), for the decimation's filter.
+    """
 
-
-class Totals(NamedTuple):
-    """Over one revolution, per lane (lanes,): the largest |tip|, the share of steps in contact, the sum of what was
-    removed from the cells, and the energies; see ``revolve``."""
-
-    amplitude: Float[Array, " lanes"]
-    contact: Float[Array, " lanes"]
-    removed: Float[Array, " lanes"]
-    input_energy: Float[Array, " lanes"]
-    damping_energy: Float[Array, " lanes"]
-    removal_energy: Float[Array, " lanes"]
-
-
-class _Step(NamedTuple):
-    displacement: Float[Array, "modes lanes"]
-    increment: Float[Array, "modes lanes"]
-    tip: Float[Array, " lanes"]
-    driven: Float[Array, " lanes"]
-    driven_before: Float[Array, " lanes"]
-    totals: Totals
+    bodies: tuple[Still, ...]
+    depth: Depth
+    tail: Float[AnyArray, "tail columns"]
 
 
 class Revolution(NamedTuple):
-    """What a revolution leaves, per lane: samples of the tip (samples, lanes), totals, and ``stored_energy`` (lanes,)
-    at its end."""
+    """What a revolution leaves: samples of what is seen (samples, seen, blades, lanes), totals, and the kinetic and
+    strain energy of every body (blades, lanes) at its start and end."""
 
-    tip: Float[Array, "samples lanes"]
+    seen: Float[AnyArray, "samples seen blades lanes"]
     totals: Totals
-    stored_energy: Float[Array, " lanes"]
+    start_energy: tuple[Bladed, ...]
+    stored_energy: tuple[Bladed, ...]
 
 
-def at_rest(modes: Modes, cells: int, lanes: int, tail: int) -> Blade:
-    """A blade at rest in equilibrium, before an unworn casing."""
-    still = jnp.zeros((modes.count, lanes))
-    return Blade(still, still, jnp.zeros((cells, lanes)), jnp.zeros((tail, lanes)))
+def at_rest(bodies: tuple[Body, ...], blades: int, tracks: Tracks, lanes: int, tail: int) -> Rubbing:
+    """Bodies at rest in equilibrium, before an unworn casing."""
+    still = [jnp.zeros((body.count, blades if number == 0 else 1, lanes)) for number, body in enumerate(bodies)]
+    depth = jnp.zeros((tracks.cells, tracks.number * lanes))
+    columns = bodies[0].shape.shape[1] * blades * lanes
+    return Rubbing(tuple(Still(zero, zero) for zero in still), depth, jnp.zeros((tail, columns)))
 
 
 def revolve(
-    modes: Modes,
+    bodies: tuple[Body, ...],
     law: ContactLaw,
-    profile: Float[AnyArray, " cells"],
+    unworn: Float[AnyArray, "cells contacts blades"],
+    closing: Float[AnyArray, " ends"] | None,
     speed: Float[AnyArray, " lanes"],
-    blade: Blade,
+    state: Rubbing,
     matrix: Float[AnyArray, "tile stretch"],
+    tracks: Tracks,
     factor: int,
-) -> tuple[Blade, Revolution]:
-    """One revolution at the speeds (lanes,), Hz, over the unworn profile (cells,), m.
+) -> tuple[Rubbing, Revolution]:
+    """One revolution at the speeds (lanes,), Hz, over the unworn profiles (cells, contacts, blades), m, in the order in
+    which the contacts come to them. The casing comes closer by ``closing`` (cells + 1,), m, at the instants.
 
     In cell c, with the penetration h = q_i − profile[c] − depth[c]: force from h; q_{i+1}; then what the law
     removes comes off that cell, §1.4. A cell that the tip has not reached yet stays as it is: removed earlier, it
-    could never push the tip.
+    could never push the tip. Where the casing is flexible, q is how far the tip goes beyond it, and the force acts on
+    both.
 
     The energies sum by the trapezoidal rule over the instants of the steps: ``input_energy`` is the work of the
-    contact on a tip that it drives back, ``removal_energy`` that of a tip that moves into the coating against the
+    contact on bodies that it drives back, ``removal_energy`` that of those that move into the coating against the
     force, ``damping_energy`` that of the modal damping. The kinetic and strain energy ``stored_energy`` grows by
-    input − removal − damping, up to the square of the time step.
+    input − removal − damping, up to the square of the time step. Of removal − input, ``friction_energy`` is what the
+    part of the force along the surface takes.
     """
-    cells = profile.shape[0]
-    march = ModalStep.of(modes, 1 / (cells * speed))
-    none = jnp.zeros_like(speed)
-
-    def step(
-        state: _Step, cell: tuple[Float[AnyArray, ""], Float[Array, " lanes"]]
-    ) -> tuple[_Step, tuple[Float[Array, " lanes"], Float[Array, " lanes"]]]:
-        unworn, depth = cell
-        surface = unworn + depth
-        penetration = state.tip - surface
-        force = law.force(penetration, depth)
-        displacement, increment = march.advance(state.displacement, state.increment, force)
-        tip, driven = march.tip(displacement), march.driven(displacement)
-        removed = law.removed(penetration, depth, tip - surface)
-        work = force * (driven - state.driven_before)
-        old = state.totals
-        totals = Totals(
-            amplitude=jnp.maximum(old.amplitude, jnp.abs(tip)),
-            contact=old.contact + (penetration > 0),
-            removed=old.removed + removed,
-            input_energy=old.input_energy + jnp.maximum(-work, 0),
-            damping_energy=old.damping_energy + jnp.sum(march.damping * (increment + state.increment) ** 2, axis=0),
-            removal_energy=old.removal_energy + jnp.maximum(work, 0),
-        )
-        return _Step(displacement, increment, tip, driven, state.driven, totals), (depth + removed, state.tip)
-
-    tip, driven = march.tip(blade.displacement), march.driven(blade.displacement)
-    force = _force(law, tip, profile, blade.depth)
-    power = force * march.driven(blade.velocity)
-    dissipation = march.dissipation(blade.velocity)
-    increment = march.start(blade.displacement, blade.velocity, force)
-    before = driven - march.driven(increment)
-    state = _Step(blade.displacement, increment, tip, driven, before, Totals(*(none,) * 6))
-    state, (depth, signal) = jax.lax.scan(step, state, (profile, blade.depth), unroll=_UNROLL)
-
-    force = _force(law, state.tip, profile, depth)
-    velocity = march.velocity(state.displacement, state.increment, force)
-    final_power = force * march.driven(velocity)
-    half = march.step / 2
-    totals = state.totals
-    # The steps count the first instant fully and the last not at all: half of each is due.
-    input_energy = totals.input_energy / 2 + half * (jnp.maximum(-final_power, 0) - jnp.maximum(-power, 0))
-    removal_energy = totals.removal_energy / 2 + half * (jnp.maximum(final_power, 0) - jnp.maximum(power, 0))
-    damping_energy = totals.damping_energy / (2 * march.step) + half * (march.dissipation(velocity) - dissipation)
+    cells = tracks.cells
+    step = RubStep(bodies, law, speed, cells, (len(tracks.track), unworn.shape[2]))
+    here, profile = tracks.here(state.depth), unworn[0][..., None]
+    begun, first = step.begin(state.bodies, profile + here, here, closing)
+    after = None if closing is None else closing[1:]
+    ended, depth, signal = _over_cells(step, begun, unworn, after, state.depth, tracks)
+    here = tracks.here(depth)
+    last = step.end(ended, profile + here, here)
     if factor == 1:
-        samples, tail = signal, blade.tail
+        samples, tail = signal, state.tail
     else:
-        samples = decimate(matrix, factor, blade.tail, signal)
-        tail = signal[cells - blade.tail.shape[0] :]
-    totals = Totals(
-        totals.amplitude, totals.contact / cells, totals.removed, input_energy, damping_energy, removal_energy
+        samples = decimate(matrix, factor, state.tail, signal)
+        tail = signal[cells - state.tail.shape[0] :]
+    energies = [tuple(map(energy, bodies, *zip(*stills, strict=True))) for stills in (state.bodies, last.bodies)]
+    revolution = Revolution(
+        samples.reshape(-1, *begun.tip.shape), step.summed(ended.totals, first, last, cells), *energies
     )
-    result = Revolution(samples, totals, march.energy(state.displacement, velocity))
-    return Blade(state.displacement, velocity, depth, tail), result
+    return Rubbing(last.bodies, depth, tail), revolution
 
 
-def _force(
-    law: ContactLaw, tip: Float[Array, " lanes"], profile: Float[AnyArray, " cells"], depth: Float[Array, "cells lanes"]
-) -> Float[AnyArray, " lanes"]:
-    """The force in the first cell of the revolution."""
-    return law.force(tip - profile[0] - depth[0], depth[0])
+def _over_cells(
+    step: RubStep,
+    begun: Moving,
+    unworn: Float[AnyArray, "cells contacts blades"],
+    closing: Float[AnyArray, " cells"] | None,
+    depth: Depth,
+    tracks: Tracks,
+) -> tuple[Moving, Depth, Float[AnyArray, "cells columns"]]:
+    """All steps of a revolution: the last state, the depth of the tracks, and what was seen at the steps.
+
+    For as many steps as no contact comes to what another one leaves, the cells lie ready in order.
+    """
+
+    def over(carry: tuple[Moving, Depth], rows: Any) -> tuple[tuple[Moving, Depth], Float[AnyArray, "steps columns"]]:
+        (state, depth), (number, profile, closed) = carry, rows
+        given = profile, tracks.ahead(depth, number), closed
+        state, (worn, seen) = jax.lax.scan(step.advance, state, given, unroll=min(_UNROLL, tracks.stretch))
+        return (state, tracks.left(depth, number, worn)), seen
+
+    if tracks.alone:
+        (state, depth), seen = over((begun, depth), (0, unworn, closing))
+        return state, depth, seen
+    count = tracks.cells // tracks.stretch
+    numbers = jnp.arange(count)
+    parts = [None if part is None else part.reshape(count, -1, *part.shape[1:]) for part in (unworn, closing)]
+    (state, longer), seen = jax.lax.scan(over, (begun, tracks.longer(depth)), (numbers, *parts))
+    return state, longer[: tracks.cells], seen.reshape(tracks.cells, -1)

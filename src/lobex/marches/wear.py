@@ -1,12 +1,12 @@
-"""The wear march: what a blade that rubs its casing for some revolutions leaves of it, at many speeds at once."""
+"""The wear march: what blades that rub their casing for some revolutions leave of it, at many speeds at once."""
 
 import threading
+from collections.abc import Callable
 from contextlib import nullcontext
 from functools import partial
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 from tqdm import tqdm
@@ -16,47 +16,46 @@ from lobex._batches import side_by_side
 from lobex._devices import workers
 from lobex._float64 import at_once, widened
 from lobex._memory import check_memory
-from lobex._shapes import AnyArray
 from lobex._timing import timed
 from lobex._warnings import SweepWarning, warn
-from lobex.contact.casing import Casing, check_casing
-from lobex.contact.laws import ContactLaw, check_law
-from lobex.marches.central_difference import highest_frequency
-from lobex.marches.decimation import LENGTH, factor_for, filter_matrix, lag_of, usable_orders
-from lobex.marches.fed_vibrations import check_cells
-from lobex.marches.march_lanes import check_steps
-from lobex.marches.rub_revolution import Totals, at_rest, revolve
+from lobex.marches.arrangement import Arrangement
+from lobex.marches.decimation import LENGTH, factor_for, filter_matrix
+from lobex.marches.resolved_steps import check_resolution
+from lobex.marches.rub_revolution import at_rest, revolve
+from lobex.marches.tracks import Tracks
+from lobex.marches.wear_results import Record, result_of
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import check_speed
 from lobex.processes.regenerative import Rub
-from lobex.results.description import describe
+from lobex.results.blading_wear import BladingWear
 from lobex.results.wear_map import WearMap
-from lobex.structures.modes import Modes, check_modes
 
 # Lanes marched together on a CPU: their modes stay in a core's cache, and the loop's overhead is shared.
 _LANES = 384
 _FEWEST_LANES = 32
 _NAMED = 5
 
-_PER_REVOLUTION = (*Totals._fields, "stored_energy")
-
-_turn = jax.jit(revolve, static_argnames="factor")
+_turn = jax.jit(revolve, static_argnames=("tracks", "factor"))
 # Threads that meet a new program at once would each compile it.
 _COMPILING = threading.Lock()
 
 
 def march_wear(
-    modes: Modes,
-    casing: Casing,
-    law: ContactLaw,
+    modes: Any,
+    casing: Any,
+    law: Any,
     speed: Any,
     revolutions: int = 20,
     steps_per_revolution: int = 4096,
     *,
     samples_per_revolution: int = 512,
+    incursion: float = 0.0,
+    angles_degrees: Any = None,
+    tracks: Any = None,
+    watched: int = 0,
     progress: bool = False,
     plausible: bool = True,
-) -> WearMap:
+) -> WearMap | BladingWear:
     """``lobex.march_wear`` without further axes and stores; arguments, errors and warnings as there.
 
     With ``plausible=False`` nothing is said of implausible numbers: a study looks at all of them itself.
@@ -64,21 +63,28 @@ def march_wear(
     revolutions = _checks.integer("revolutions", revolutions, 1)
     steps = _checks.integer("steps_per_revolution", steps_per_revolution, 16)
     samples = _checks.integer("samples_per_revolution", samples_per_revolution, 16)
+    _checks.untraced("a march", modes=modes, casing=casing, law=law, speed=speed, incursion=incursion)
+    arranged = Arrangement.of(modes, casing, law, angles_degrees, tracks, watched)
+    speed = speeds_of(speed, revolutions)
     lanes = (np.shape(speed) or (1,))[0]
     check_memory(
         f"{lanes} speeds, {revolutions} revolutions and {steps} steps",
-        8 * lanes * (2 * steps + revolutions * (2 * samples + 16)),
+        bytes_of_lane(arranged, revolutions, steps, samples) * lanes,
         "give fewer, or a store that takes the speeds in parts: store=, in the shell --store DIR",
     )
-    history = _checked_speeds(modes, casing, law, speed, revolutions, plausible)
+    history = _checked_speeds(arranged, speed, revolutions, plausible)
+    closing = _closing(incursion)
     factor = factor_for(steps, samples)
     with timed() as spent:
         with at_once():
-            modes, law, casing = widened((modes, law, casing))
-            profile = np.asarray(casing.profile(steps))
-            _check_steps(modes, casing, law, profile, float(history.min()), steps)
-        parts = _march(modes, law, profile, history, factor, progress)
-    failed = _failed(parts, float(casing.radius))
+            for structure in arranged.structures:
+                structure.learn(history)
+            profiles = arranged.profiles(steps)
+            check_resolution(arranged, profiles, max(closing, 0.0) * revolutions, float(history.min()))
+            places = arranged.tracks(steps)
+        record = Record.empty(arranged, history, steps, factor)
+        _march(arranged, places, profiles, closing, record, factor, progress)
+    failed = record.lose(float(arranged.casings[0].radius))
     if failed.any():
         named = ", ".join(f"{s:.6g}" for s in history[failed, 0][:_NAMED])
         warn(
@@ -86,125 +92,124 @@ def march_wear(
             f"{', …' if failed.sum() > _NAMED else ''} Hz; take more steps per revolution or a softer law",
             SweepWarning,
         )
-        for values in parts.values():
-            values[failed] = np.nan
-    wear = parts.pop("removed") * 2 * np.pi * float(casing.radius) / steps
-    return WearMap(
-        speed=history[:, 0].copy(),
-        speed_history=history,
-        angle=2 * np.pi * np.arange(steps) / steps,
-        unworn=profile,
-        wear=wear,
-        samples_per_revolution=steps // factor,
-        lag=lag_of(factor),
-        usable_orders=usable_orders(steps, factor),
-        natural_frequency=np.asarray(modes.frequency),
-        nodal_diameters=casing.nodal_diameters,
-        radius=float(casing.radius),
-        axial_width=float(casing.axial_width),
-        model={"modes": describe(modes), "casing": describe(casing), "law": describe(law)},
-        seconds=spent.seconds,
-        compiling=spent.compiling,
-        failed=int(failed.sum()),
-        **parts,
-    )
+    record.depth = places.in_place(record.depth)
+    described = {"modes": modes, "casing": casing, "law": law}
+    return result_of(record, arranged, profiles, places, factor, described, spent)
 
 
-def _checked_speeds(modes: Any, casing: Any, law: Any, speed: Any, revolutions: int, plausible: bool) -> np.ndarray:
+def speeds_of(speed: Any, revolutions: int) -> Any:
+    """The speeds of a march, Hz: what a function makes of the numbers 0, 1, … of all revolutions, one lane at least."""
+    if not callable(speed):
+        return speed
+    given = np.asarray(speed(np.arange(float(revolutions))), dtype=float)
+    if given.shape[-1:] != (revolutions,) or given.ndim > 2:
+        raise ValueError(
+            f"speed(number) has shape {given.shape} of {revolutions} revolutions; give one speed for each, "
+            f"({revolutions},) or (n, {revolutions})"
+        )
+    return np.atleast_2d(given)
+
+
+def bytes_of_lane(arranged: Arrangement, revolutions: int, steps: int, samples: int) -> int:
+    """Memory that the results of one lane take."""
+    contacts, seen = arranged.place.size, arranged.blades.blades * arranged.blades.blade.directions
+    return 8 * (2 * steps * (max(arranged.track) + 1) + revolutions * (2 * samples * seen + 16 * contacts))
+
+
+def _closing(incursion: Any) -> float:
+    _checks.as_numbers("incursion", incursion, "m per revolution")
+    _checks.scalar("incursion", incursion)
+    return float(incursion)
+
+
+def _checked_speeds(arranged: Arrangement, speed: Any, revolutions: int, plausible: bool) -> np.ndarray:
     """The speed of every lane in every revolution, (n, revolutions), once all arguments are what they should be."""
-    check_modes(modes, in_phase=True)
-    check_casing(casing)
-    check_law(law)
-    if modes.directions != 1:
-        raise ValueError(f"modes have {modes.directions} contact directions; give modes with one")
-    _checks.untraced("a march", modes=modes, casing=casing, law=law, speed=speed)
-    check_speed(Rub(modes), speed)
+    process = Rub(arranged.blades.blade)
+    check_speed(process, speed)
     if plausible:
-        warn_of_implausible(Rub(modes), speed)
+        warn_of_implausible(process, speed)
     speeds = np.asarray(speed, dtype=np.float64)
     if speeds.ndim not in (1, 2) or speeds.size == 0 or (speeds.ndim == 2 and speeds.shape[1] != revolutions):
         raise ValueError(f"speed has shape {speeds.shape}; give (n,) or (n, {revolutions}), one column per revolution")
     return np.ascontiguousarray(np.broadcast_to(speeds.reshape(len(speeds), -1), (len(speeds), revolutions)))
 
 
-def _check_steps(
-    modes: Modes, casing: Casing, law: ContactLaw, profile: np.ndarray, slowest: float, steps: int
-) -> None:
-    """Require steps that resolve the bumps and, at the lowest speed and against the stiffest contact that the casing
-    leads to, what the contact feeds, and with which central differences are stable."""
-    if casing.surface is None:
-        check_cells("steps_per_revolution", steps, casing.nodal_diameters, float(casing.bump_width))
-    deepest = max(float(-profile.min()), float(np.ptp(profile)))
-    stiffness = 0.0
-    if deepest > 0:
-        stiffness = float(np.asarray(_slopes(law, np.linspace(0, deepest, 65)[1:])).max())
-    highest = highest_frequency(modes, stiffness)
-    needed = int(highest / (2 * slowest)) + 1
-    if steps < needed:
-        raise ValueError(
-            f"steps_per_revolution = {steps} is too few at speed = {slowest:.6g} Hz, where central differences are "
-            f"stable from {needed} on (highest frequency {highest / (2 * np.pi):.6g} Hz, in contact)"
-        )
-    speed = np.array([slowest])
-    system = jax.tree.map(lambda leaf: np.asarray(leaf)[None], Rub(modes).system(slowest, stiffness))
-    check_steps("steps_per_revolution", system, np.array([stiffness]), speed, steps)
-
-
-@jax.jit
-def _slopes(law: ContactLaw, penetration: Float[AnyArray, " depths"]) -> Float[AnyArray, " depths"]:
-    return jax.vmap(jax.grad(lambda h: law.force(h, jnp.zeros(()))))(penetration)
-
-
 def _march(
-    modes: Modes, law: ContactLaw, profile: np.ndarray, history: np.ndarray, factor: int, progress: bool
-) -> dict[str, np.ndarray]:
-    """March every block of lanes, side by side; results with lanes first."""
-    (lanes, revolutions), cells = history.shape, len(profile)
-    parts = {name: np.empty((lanes, revolutions)) for name in _PER_REVOLUTION}
-    parts["depth"] = np.empty((lanes, cells))
-    parts["displacement"] = np.empty((lanes, revolutions * (cells // factor)))
-    matrix = filter_matrix(cells, factor) if factor > 1 else np.zeros((1, 1))
-    blocks = _blocks(lanes)
-    total = len(blocks) * revolutions
-    with tqdm(total=total, unit="rev", disable=not progress, leave=False) as bar:
-        work = partial(_march_block, modes, law, profile, history, factor, matrix, parts, bar.update)
-        list(side_by_side(lambda number: work(blocks[number]), len(blocks), first_alone=False))
-    return parts
-
-
-def _march_block(
-    modes: Modes,
-    law: ContactLaw,
-    profile: np.ndarray,
-    history: np.ndarray,
+    arranged: Arrangement,
+    places: Tracks,
+    profiles: Float[np.ndarray, "tracks cells"],
+    incursion: float,
+    record: Record,
     factor: int,
-    matrix: np.ndarray,
-    parts: dict[str, np.ndarray],
-    done: Any,
-    block: np.ndarray,
+    progress: bool,
 ) -> None:
-    samples = len(profile) // factor
-    blade = at_rest(modes, len(profile), len(block), LENGTH * factor if factor > 1 else 0)
-    for turn in range(history.shape[1]):
+    """March every block of lanes, side by side, into the record."""
+    cells = places.cells
+    matrix = filter_matrix(cells, factor) if factor > 1 else np.zeros((1, 1))
+    lanes, revolutions = record.history.shape
+    blocks = _blocks(lanes, arranged.blades.blades)
+    work = _Work(arranged, places, places.unworn(profiles), incursion, matrix, factor)
+    with tqdm(total=len(blocks) * revolutions, unit="rev", disable=not progress, leave=False) as bar:
+        part = partial(_march_block, work, record, bar.update)
+        list(side_by_side(lambda number: part(blocks[number]), len(blocks), first_alone=False))
+
+
+class _Work:
+    """What all blocks of a march share."""
+
+    def __init__(
+        self,
+        arranged: Arrangement,
+        places: Tracks,
+        unworn: Float[np.ndarray, "cells contacts blades"],
+        incursion: float,
+        matrix: Float[np.ndarray, "tile stretch"],
+        factor: int,
+    ) -> None:
+        self.arranged, self.places, self.unworn = arranged, places, unworn
+        self.incursion, self.matrix, self.factor = incursion, matrix, factor
+        self.law = widened(arranged.law)
+
+    def closing(self, turn: int) -> Float[np.ndarray, " ends"] | None:
+        """By how much the casing has come closer at the instants of a revolution, m."""
+        cells = self.places.cells
+        return None if self.incursion == 0 else self.incursion * (turn + np.arange(cells + 1) / cells)
+
+
+def _march_block(work: _Work, record: Record, done: Callable[[], Any], block: np.ndarray) -> None:
+    arranged, places = work.arranged, work.places
+    speeds = record.history[block]
+    bodies, state = None, None
+    for turn in range(speeds.shape[1]):
+        if bodies is None or np.any(speeds[:, turn] != speeds[:, turn - 1]):
+            bodies = tuple(structure.body(speeds[:, turn]) for structure in arranged.structures)
+        if state is None:
+            tail = LENGTH * work.factor if work.factor > 1 else 0
+            state = at_rest(bodies, arranged.blades.blades, places, len(block), tail)
         with _COMPILING if turn == 0 else nullcontext():
-            blade, result = _turn(modes, law, profile, history[block, turn], blade, matrix, factor=factor)
-        for name, values in zip(_PER_REVOLUTION, (*result.totals, result.stored_energy), strict=True):
-            parts[name][block, turn] = np.asarray(values)
-        parts["displacement"][block, turn * samples : (turn + 1) * samples] = np.asarray(result.tip).T
+            state, result = _turn(
+                bodies,
+                work.law,
+                work.unworn,
+                work.closing(turn),
+                speeds[:, turn],
+                state,
+                work.matrix,
+                tracks=places,
+                factor=work.factor,
+            )
+        record.put(block, turn, result)
         done()
-    parts["depth"][block] = np.asarray(blade.depth).T
+    assert state is not None
+    depth = np.asarray(state.depth).reshape(places.cells, places.number, len(block))
+    record.depth[block] = np.moveaxis(depth, -1, 0).swapaxes(1, 2)
 
 
-def _blocks(lanes: int) -> list[np.ndarray]:
+def _blocks(lanes: int, blades: int) -> list[np.ndarray]:
     """Lane numbers of equal blocks; the last reaches back over lanes of the one before, so that one shape serves."""
     cpu = jax.default_backend() == "cpu"
     side = workers() if cpu else len(jax.local_devices())
-    count = max(min(side, lanes // _FEWEST_LANES), -(-lanes // _LANES) if cpu else 1, 1)
+    most = max(_LANES // blades, 1)
+    count = max(min(side, max(lanes * blades // _FEWEST_LANES, 1), lanes), -(-lanes // most) if cpu else 1, 1)
     size = -(-lanes // count)
     return [np.arange(size) + min(start, lanes - size) for start in range(0, lanes, size)]
-
-
-def _failed(parts: dict[str, np.ndarray], radius: float) -> np.ndarray:
-    """Lanes that are not finite, or whose tip has left the casing by more than its radius."""
-    totals = np.sum([parts[name].sum(axis=1) for name in _PER_REVOLUTION], axis=0)
-    return ~np.isfinite(totals) | ~(parts["amplitude"].max(axis=1) < radius)

@@ -2,6 +2,7 @@
 
 import xarray
 
+from lobex.results.blading_wear import BladingWear
 from lobex.results.boundary import Boundary
 from lobex.results.chart import Chart
 from lobex.results.comparison import Comparison
@@ -21,7 +22,7 @@ from lobex.results.stored import Stored
 from lobex.results.wear_map import WearMap
 
 _KINDS: tuple[type[Result], ...] = (
-    *(Chart, Limit, WearMap, SpectrumMap, Boundary, Sensitivities, March, Cut),
+    *(Chart, Limit, WearMap, BladingWear, SpectrumMap, Boundary, Sensitivities, March, Cut),
     *(Orbit, CuttingOrbit, OrbitMap, CuttingMap, Recommendation, NextSpeeds, Comparison),
 )
 _BY_FORM = {kind.form: kind for kind in _KINDS}

@@ -1,15 +1,14 @@
-"""The result of a wear march."""
+"""The result of a wear march of one contact."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lobex import _checks
 from lobex._by_name import by_name
 from lobex.results.description import in_words, wall_time
-from lobex.results.fields import Array, Attribute, Coordinate, field
-from lobex.results.result import Result
+from lobex.results.fields import Array, field
+from lobex.results.of_wear import OfWear, open_share
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
     from lobex.results.spectrum_map import SpectrumMap
 
 
-class WearMap(Result, form="lobex wear map 2"):
+class WearMap(OfWear, form="lobex wear map 3"):
     """What a rubbing blade left of its casing, and how it moved, over n lanes of speeds.
 
     Lanes that blew up are NaN in every array but the speeds.
@@ -32,11 +31,18 @@ class WearMap(Result, form="lobex wear map 2"):
         wear: cross-section removed in every revolution, m², (n, revolutions).
         displacement: displacement of the tip, low-pass filtered and sampled, m, (n, samples); see ``time``.
         amplitude: largest |displacement| of the tip in every revolution, of all time steps, m, (n, revolutions).
+        casing_amplitude: the same of a casing that is flexible, at the contact, m, likewise.
         contact: share of every revolution spent in contact, (n, revolutions).
+        force: largest contact force in every revolution, N, (n, revolutions).
         input_energy: work of the contact on a tip that it drives back, J, in every revolution, (n, revolutions).
         removal_energy: work of the tip that moves into the coating against the contact force, J, likewise.
+        friction_energy: of removal − input, what the part of the force along the surface takes, J, likewise: that of
+            the vibration, besides the heat of the sliding, which the rotor pays for.
         damping_energy: energy lost in the modal damping, J, likewise.
-        stored_energy: kinetic and strain energy of the blade at the end of every revolution, J, likewise.
+        stored_energy: kinetic and strain energy of blade and casing at the end of every revolution, J, likewise.
+        speeding_energy: what these gained before each revolution as their modes became those of another speed, J.
+        watched: displacements, loads or stresses that are no contacts, as ``displacement``, (n, watched, samples).
+        watched_amplitude: the largest of each in every revolution, (n, watched, revolutions).
         samples_per_revolution: samples of ``displacement`` per revolution.
         lag: samples by which ``displacement`` is late, from the filter.
         usable_orders: engine orders up to which ``displacement`` holds the motion.
@@ -49,37 +55,22 @@ class WearMap(Result, form="lobex wear map 2"):
         failed: number of lanes that are NaN.
     """
 
-    speed: np.ndarray = field(Coordinate("lane", "rotational frequency", "Hz"))
-    speed_history: np.ndarray = field(
-        Array("lane revolution", "rotational frequency of every revolution", "Hz", known=True)
-    )
-    angle: np.ndarray = field(Coordinate("angle", "casing position", "rad", increasing=True))
     unworn: np.ndarray = field(Array("angle", "profile before wear", "m"))
     depth: np.ndarray = field(Array("lane angle", "depth removed", "m"))
     wear: np.ndarray = field(Array("lane revolution", "cross-section removed", "m2"))
     displacement: np.ndarray = field(Array("lane sample", "displacement of the tip", "m"))
     amplitude: np.ndarray = field(Array("lane revolution", "largest displacement of the tip", "m"))
+    casing_amplitude: np.ndarray = field(Array("lane revolution", "largest displacement of the casing", "m"))
     contact: np.ndarray = field(Array("lane revolution", "share of time in contact", "1"))
+    force: np.ndarray = field(Array("lane revolution", "largest contact force", "N"))
     input_energy: np.ndarray = field(Array("lane revolution", "work of the contact that drives the tip back", "J"))
     removal_energy: np.ndarray = field(Array("lane revolution", "work of the tip on the coating", "J"))
+    friction_energy: np.ndarray = field(Array("lane revolution", "work of the tip against friction", "J"))
     damping_energy: np.ndarray = field(Array("lane revolution", "energy lost in damping", "J"))
     stored_energy: np.ndarray = field(Array("lane revolution", "kinetic and strain energy at the end", "J"))
-    samples_per_revolution: int
-    lag: int
-    usable_orders: int
-    natural_frequency: np.ndarray = field(Array("mode", "natural frequency", "Hz", known=True))
-    nodal_diameters: int
-    radius: float
-    axial_width: float
-    model: dict[str, Any] = field(Attribute(lambda stored, name: stored.descriptions(name, "modes", "casing", "law")))
-    seconds: float
-    compiling: float
-    failed: int
-
-    @property
-    def revolutions(self) -> int:
-        """Number of revolutions."""
-        return self.speed_history.shape[1]
+    speeding_energy: np.ndarray = field(Array("lane revolution", "energy gained by a change of speed", "J"))
+    watched: np.ndarray = field(Array("lane watched sample", "what is watched"))
+    watched_amplitude: np.ndarray = field(Array("lane watched revolution", "largest of what is watched"))
 
     @property
     def profile(self) -> np.ndarray:
@@ -102,38 +93,25 @@ class WearMap(Result, form="lobex wear map 2"):
         return self.axial_width * np.sum(self.wear, axis=1)
 
     @property
-    def energy_error(self) -> np.ndarray:
-        """What the energy balance leaves open, as a share of the input, (n,): of the order of the squared step."""
-        lost = np.sum(self.removal_energy + self.damping_energy, axis=1) + self.stored_energy[:, -1]
-        given = np.sum(self.input_energy, axis=1)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            return np.where(given == lost, 0.0, (given - lost) / given)
+    def clearance_consumed(self) -> np.ndarray:
+        """By how much the tip came closer to the casing than at rest, at most, of the samples, m, (n, revolutions)."""
+        turns = self.displacement.reshape(len(self.speed), self.revolutions, -1)
+        return np.maximum(np.max(turns, axis=2), 0.0)
 
     @property
-    def steady(self) -> bool:
-        """Whether every lane kept its speed."""
-        return bool(np.all(self.speed_history == self.speed[:, None]))
-
-    def time(self, lane: int) -> np.ndarray:
-        """Times of the samples of ``displacement`` in a lane of constant speed, s, (samples,)."""
-        if np.any(self.speed_history[lane] != self.speed[lane]):
-            raise ValueError(f"lane = {lane} changes its speed; its samples lie at equal angles, not at equal times")
-        samples = np.arange(self.displacement.shape[1]) - self.lag
-        return samples / (self.samples_per_revolution * self.speed[lane])
-
-    def nearest(self, speed: float) -> int:
-        """The lane whose first speed is nearest to ``speed``, Hz."""
-        _checks.positive("speed", speed, "Hz")
-        _checks.scalar("speed", speed)
-        return int(np.argmin(np.abs(self.speed - speed)))
+    def energy_error(self) -> np.ndarray:
+        """What the energy balance leaves open, as a share of the input, (n,): of the order of the squared step."""
+        lost = np.sum(self.removal_energy + self.damping_energy - self.speeding_energy, axis=1)
+        return open_share(np.sum(self.input_energy, axis=1), lost + self.stored_energy[:, -1])
 
     def __repr__(self) -> str:
+        casing = {name: of for name, of in self.model["casing"].items() if name not in ("surface", "structure")}
         lines = [
             f"WearMap of {self.model['law']['type']} contact: {len(self.speed)} speeds × {self.revolutions} "
             f"revolutions × {len(self.angle)} cells",
             f"  speed            {self.speed_history.min():.6g} to {self.speed_history.max():.6g} Hz"
             + ("" if self.steady else ", changing"),
-            f"  casing           {in_words({k: v for k, v in self.model['casing'].items() if k != 'surface'})}",
+            f"  casing           {in_words(casing)}",
             f"  law              {in_words(self.model['law'])}",
         ]
         if self.failed < len(self.speed):

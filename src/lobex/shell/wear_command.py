@@ -1,6 +1,6 @@
 """``lobex wear``: wear map, spectrum and worn casing as a file, pictures and a summary."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
@@ -44,7 +44,7 @@ def run_wear(command: Wear) -> None:
             shape.radius,
             shape.axial_width,
         )
-        result = march_wear(
+        march = march_wear(
             rod_modes_of(flags.blade),
             casing,
             getattr(laws, flags.contact.law.capitalize())(**numbers),
@@ -56,6 +56,8 @@ def run_wear(command: Wear) -> None:
         )
     if not share.writes:
         return
+    # Of one contact.
+    result = cast("WearMap", march)
     pictures = _pictures(result, endings)
     result.save(stored)
     for ending, path in zip(endings, files, strict=True):

@@ -290,13 +290,9 @@ class Modes:
         return jax.tree.map(lambda leaf: leaf[index], self)
 
 
-def check_modes(modes: Any, measured: bool = False, over_speed: bool = False, in_phase: bool = False) -> None:
-    """Require ``Modes``, none of them complex if ``in_phase``, or, if ``measured``, a measured receptance, or, if
-    ``over_speed``, a table in their place.
-    """
+def check_modes(modes: Any, measured: bool = False, over_speed: bool = False) -> None:
+    """Require ``Modes`` or, if ``measured``, a measured receptance, or, if ``over_speed``, a table in their place."""
     table = hasattr(modes, "check_speed")
-    if in_phase and getattr(modes, "complex", False):
-        raise ValueError("modes has complex modes, which a march of wear does not take; give modes with damping ratios")
     if isinstance(modes, Modes) or (measured and hasattr(modes, "response")) or (over_speed and table):
         return
     if table:

@@ -18,6 +18,7 @@ from lobex.studies.store import Store
 from lobex.studies.variation import in_words, shape_of
 
 if TYPE_CHECKING:
+    from lobex.results.blading_wear import BladingWear
     from lobex.results.chart import Chart
     from lobex.results.limit import Limit
     from lobex.results.wear_map import WearMap
@@ -102,7 +103,7 @@ class Study:
             lines += [f"  {'wall time':<16} {wall_time(self, self.blocks.plan.chunks, 'chunk')}"]
         return "\n".join(lines)
 
-    def at(self, where: Mapping[str, float] | tuple[int, ...] | int = ()) -> "Chart | Limit | WearMap":
+    def at(self, where: Mapping[str, float] | tuple[int, ...] | int = ()) -> "Chart | Limit | WearMap | BladingWear":
         """What the verb alone returns at one combination of the further axes.
 
         Args:

@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
+from lobex.results.blading_wear import BladingWear
 from lobex.results.chart import Chart
 from lobex.results.limit import Limit
 from lobex.results.wear_map import WearMap
 from lobex.studies.variation import Variation
 
-Result = Chart | Limit | WearMap
+Result = Chart | Limit | WearMap | BladingWear
 Path = str | os.PathLike[str]
 Over = Mapping[str, Any]
 Numbers = Callable[[dict[str, Any]], Any]

@@ -1,17 +1,20 @@
 """``march_wear``, with further axes and a store: each chunk is a march of its own."""
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
 from lobex import _checks
+from lobex._shapes import ArrayLike
 from lobex.contact.casing import Casing
 from lobex.contact.laws import ContactLaw
 from lobex.marches import wear
+from lobex.marches.arrangement import Arrangement
 from lobex.processes.plausible import implausible
 from lobex.processes.regenerative import Rub
+from lobex.results.blading_wear import BladingWear
 from lobex.results.wear_map import WearMap
-from lobex.structures.modes import Modes
 from lobex.studies.task import COPIES, Numbers, Over, Path, Share, Task
 from lobex.studies.variation import Variation, axes_of
 
@@ -22,30 +25,42 @@ if TYPE_CHECKING:
 _LANES, _STEPS = 768, 2**26
 
 
+Casings = Casing | Sequence[Casing]
+Laws = ContactLaw | Sequence[ContactLaw]
+
+
 @overload
 def march_wear(
-    modes: Modes,
-    casing: Casing,
-    law: ContactLaw,
+    modes: Any,
+    casing: Casings,
+    law: Laws,
     speed: Any,
     revolutions: int = 20,
     steps_per_revolution: int = 4096,
     *,
     samples_per_revolution: int = 512,
+    incursion: float = 0.0,
+    angles_degrees: ArrayLike | None = None,
+    tracks: Sequence[int] | None = None,
+    watched: int = 0,
     store: Path | None = None,
     processes: Share | None = None,
     progress: bool = False,
-) -> WearMap: ...
+) -> WearMap | BladingWear: ...
 @overload
 def march_wear(
-    modes: Modes | Numbers,
-    casing: Casing | Numbers,
-    law: ContactLaw | Numbers,
+    modes: Any,
+    casing: Casings | Numbers,
+    law: Laws | Numbers,
     speed: Any,
     revolutions: int = 20,
     steps_per_revolution: int = 4096,
     *,
     samples_per_revolution: int = 512,
+    incursion: float = 0.0,
+    angles_degrees: ArrayLike | None = None,
+    tracks: Sequence[int] | None = None,
+    watched: int = 0,
     over: Over,
     store: Path | None = None,
     processes: Share | None = None,
@@ -60,40 +75,59 @@ def march_wear(
     steps_per_revolution: int = 4096,
     *,
     samples_per_revolution: int = 512,
+    incursion: float = 0.0,
+    angles_degrees: ArrayLike | None = None,
+    tracks: Sequence[int] | None = None,
+    watched: int = 0,
     over: Over | None = None,
     store: Path | None = None,
     processes: Share | None = None,
     progress: bool = False,
-) -> "WearMap | Study":
-    """March a rubbing blade over some revolutions at every speed, wearing the casing: chapter 1.
+) -> "WearMap | BladingWear | Study":
+    """March rubbing blades over some revolutions at every speed, wearing the casing: chapter 1, for real blades too.
 
-    Central differences, (1.16)-(1.17), in modal form, one casing cell per step. The reaction −F of the law acts on
-    the tip. The blade starts at rest at θ = 0. All arithmetic is float64.
+    Central differences, (1.16)-(1.17), in modal form, one casing cell per step: second order in the step, and stable
+    where a step is shorter than 2/ω of the highest frequency in contact. A contact leaves its track as it stands one
+    step later, §1.4, so that the next one comes to it a step less than the time between them after it. The reaction −F
+    of the law acts on the tip, and F on a casing that is flexible. All starts at rest, the first blade at θ = 0. All
+    arithmetic is float64.
 
     Args:
-        modes: the blade's modes, with one contact direction.
-        casing: its profile before wear.
-        law: the contact law, such as ``Linear(4.5e6)``.
+        modes: the blade's: ``Modes``, real or complex, those that follow the speed (``Beam.rotating``,
+            ``ModesOverSpeed``), or a ``Blading`` of them, of which each blade runs in the track of the one before. Each
+            contact direction is a contact, which may load others than it sees, with friction. As the speed changes from
+            one revolution to the next, modes become those of another speed, and go on as they move.
+        casing: its profile before wear, or one for each track, and with ``structure`` how it gives way.
+        law: the contact law, such as ``Linear(4.5e6)``, or one for each contact, of one kind.
         speed: rotational frequencies, Hz: (n,), or (n, revolutions) for a speed that changes from one revolution to
-            the next and is constant within each. Interaction depends on history: rising and falling speeds differ.
+            the next and is constant within each, or a function of the numbers 0, 1, … of all revolutions that gives
+            these. Interaction depends on history: rising and falling speeds differ.
         revolutions: number of revolutions.
         steps_per_revolution: time steps per revolution, and casing cells.
         samples_per_revolution: least number of samples of the tip's displacement to keep per revolution, for
             spectra; engine orders up to a quarter of it are right. Taken behind a low-pass filter of 80 dB.
+        incursion: by how much blades and casing come closer in every revolution, m, from the first on.
+        angles_degrees: where around the casing each contact of one blade begins, (contacts,), in the direction of the
+            motion; 0 where it is left out. To the nearest cell.
+        tracks: in which track each contact of a blade runs, (contacts,), from 0; in one of its own where it is left
+            out. Of those in one track each comes to what the one before it has left.
+        watched: so many of the last contact directions are no contacts: what they see, such as displacements in other
+            directions, a root moment or a stress, is recorded as the tip is.
         over, store, processes: further axes, the study's folder and its share, as ``sweep`` takes them. Names are
             such as "modes.damping_ratio", "casing.amplitude" and "law.stiffness"; each of the three may be a function
             of a dictionary of numbers, which gets the names that are no paths.
         progress: show a progress bar on standard error; with ``over`` or ``store``, if that is a terminal.
 
     Returns:
-        A ``WearMap``, or with ``over`` a ``Study``.
+        A ``WearMap`` of one contact, a ``BladingWear`` of several, or with ``over`` a ``Study``.
 
     Raises:
         ValueError: for speeds that are not finite and positive or can only be rpm, for numbers that are not whole and
             positive, for a casing of another number of cells, for fewer than 8 cells per bump or 8 steps per wave of
             the first mode or of what the contact can feed, or fewer steps than central differences are stable with
-            (the message names the speed and the steps that it needs), and axes or stores as ``sweep`` refuses
-            them.
+            (the message names the speed and the steps that it needs), for lists of other lengths than there are
+            contacts and tracks, two contacts of a track in one cell, a casing that gives way in another number of
+            directions than there are contacts, and axes or stores as ``sweep`` refuses them.
 
     Warns:
         SweepWarning: when lanes blew up: they are NaN and their speeds are named; or when chunks of the store were
@@ -105,6 +139,11 @@ def march_wear(
         "steps_per_revolution": steps_per_revolution,
         "samples_per_revolution": samples_per_revolution,
     }
+    given = {"incursion": incursion, "angles_degrees": angles_degrees, "tracks": tracks, "watched": watched}
+    # A manifest tells of what is not as it is by default.
+    turns |= {name: value for name, value in given.items() if value is not None and np.size(value) and np.any(value)}
+    if tracks is not None:
+        turns["tracks"] = tracks
     if over is None and store is None and processes is None:
         return wear.march_wear(modes, casing, law, speed, **turns, progress=progress)
     from lobex.studies.run import run_study
@@ -112,19 +151,21 @@ def march_wear(
     variation = Variation({"modes": modes, "casing": casing, "law": law}, axes_of(over, "march_wear"))
     for name, least in (("revolutions", 1), ("steps_per_revolution", 16), ("samples_per_revolution", 16)):
         _checks.integer(name, turns[name], least)
-    speeds = _checks.as_numbers("speed", speed, "Hz")
+    speeds = _checks.as_numbers("speed", wear.speeds_of(speed, revolutions), "Hz")
     if speeds is None or speeds.ndim not in (1, 2) or speeds.size == 0:
         raise ValueError(f"speed has shape {np.shape(speed)}; give (n,) or (n, {revolutions}), not traced by JAX")
     steps = revolutions * steps_per_revolution
+    first = variation.at(0)
+    arranged = Arrangement.of(first["modes"], first["casing"], first["law"], angles_degrees, tracks, watched)
     task = Task(
         verb="march_wear",
         variation=variation,
         speed=speeds,
         settings=turns,
         compute=lambda model, part: wear.march_wear(**model, speed=part, **turns, plausible=False),
-        implausible=lambda model: implausible(Rub(model["modes"]), speeds),
+        implausible=lambda model: implausible(Rub(getattr(model["modes"], "blade", model["modes"])), speeds),
         points=revolutions,
-        lanes=max(min(_LANES, _STEPS // steps), 1),
-        bytes=COPIES * 8 * (2 * steps_per_revolution + revolutions * (2 * samples_per_revolution + 16)),
+        lanes=max(min(_LANES, _STEPS // (steps * arranged.place.size)), 1),
+        bytes=COPIES * wear.bytes_of_lane(arranged, revolutions, steps_per_revolution, samples_per_revolution),
     )
     return run_study(task, store, processes, progress, over is not None)

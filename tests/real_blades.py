@@ -1,0 +1,67 @@
+"""Blades, casings and bladings that march, small enough to be computed often, and the growth that a march shows."""
+
+import numpy as np
+
+import lobex
+from lobex.marches.growth_fit import fit_growth
+
+BEAM = lobex.Beam.rectangular(
+    elements=3,
+    length=0.2,
+    width=0.05,
+    thickness=0.008,
+    young_modulus=110e9,
+    density=4430.0,
+    stagger_degrees=30.0,
+    hub_radius=0.2,
+)
+PLAIN = lobex.Modes([2000.0, 3300.0], [0.03, 0.02], [[1.0], [0.5]])
+RUBBING = lobex.Modes([2000.0, 3300.0], [0.03, 0.02], [[1.0, 0.3], [0.4, -0.8]]).in_contact((1, 0), (0, 1), 0.3)
+TURNING = BEAM.rotating(0.03, [1, 2, 3], normal=(0.9, 0.1, 0.3), sliding=(0.0, 3.0, -1.0), friction=0.2)
+TWO = lobex.Modes([2000.0, 3300.0], [0.03, 0.02], [[1.0, 0.3], [0.4, -0.8]])
+CASING = lobex.Modes([2600.0, 4100.0], [0.02, 0.02], [[0.5], [0.3]])
+
+
+def grown(march, revolutions=10):
+    """The dominant multiplier per revolution of every lane, from what the last revolutions changed, (n,).
+
+    What a march of permanent contact settles at falls out of the differences of successive revolutions.
+    """
+    turns = march.displacement.reshape(len(march.speed), -1, march.revolutions, march.samples_per_revolution)
+    by_turn = np.moveaxis(turns, 2, 1).reshape(len(march.speed), march.revolutions, -1)
+    return fit_growth(np.diff(by_turn, axis=1)[:, -revolutions:]).multiplier
+
+
+def in_permanent_contact(modes, stiffness, speed, steps, revolutions=40, structure=None, **options):
+    """A march over a smooth casing that comes closer all the time, so that no contact is ever lost."""
+    casing = lobex.Casing(amplitude=0.0, structure=structure)
+    options = {"incursion": 1e-5, "samples_per_revolution": steps, **options}
+    march = lobex.march_wear(modes, casing, lobex.Linear(stiffness), [speed], revolutions, steps, **options)
+    assert np.all(march.contact[..., 1:] == 1)
+    return march
+
+
+def multiplier(modes, stiffness, speed, steps):
+    """|μ| per revolution of contacts that come to their track a step less than a revolution after they left it."""
+    late = steps / (steps - 1)
+    return float(lobex.spectral_radius(lobex.Rub(modes), speed * late, stiffness)) ** late
+
+
+def family_multiplier(modes, mistuning, stiffness, speed, steps):
+    """|μ| per revolution of blades that are not coupled, ∏(1 + K Gⱼ) = e^{−sT} ∏ K Gⱼ, each a step early."""
+    omega = modes.angular_frequency * (1 + np.asarray(mistuning)[:, None])
+    residue = (modes.shape * modes.loading)[:, 0]
+    delay = (1 - len(mistuning) / steps) / speed
+
+    def equation(s):
+        denominator = s[:, None, None] ** 2 + 2 * modes.damping_ratio * omega * s[:, None, None] + omega**2
+        response = stiffness * np.sum(residue / denominator, axis=-1)
+        return np.prod(1 + response, axis=1) - np.exp(-s * delay) * np.prod(response, axis=1)
+
+    starts = np.linspace(0.7 * omega.min(), 1.6 * omega.max(), 1500)
+    s = (np.log([[0.6], [1.0], [1.5]]) * speed + 1j * starts).ravel()
+    with np.errstate(all="ignore"):
+        for _ in range(60):
+            s = s - equation(s) * 2e-3 / (equation(s + 1e-3) - equation(s - 1e-3))
+        found = np.isfinite(s) & (np.abs(equation(s)) < 1e-9)
+    return float(np.exp(np.max(s[found].real) / speed))

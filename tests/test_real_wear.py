@@ -1,0 +1,50 @@
+"""Wear marches of real blades: with friction, complex modes, several contacts, a flexible casing, a whole blading."""
+
+import numpy as np
+import pytest
+
+import lobex
+from lobex.structures.blading import Blading
+from real_blades import (
+    CASING,
+    PLAIN,
+    RUBBING,
+    TURNING,
+    TWO,
+    family_multiplier,
+    grown,
+    in_permanent_contact,
+    multiplier,
+)
+
+SPEED = 85.0
+MISTUNED = Blading(PLAIN, 4, mistuning=[0.0, 0.02, -0.01, 0.01])
+
+
+def limit(modes, speed=SPEED):
+    return float(lobex.exact_limit(lobex.Rub(modes), [speed]).gain[0])
+
+
+@pytest.mark.parametrize(
+    ("marched", "structure", "delayed"),
+    [
+        (RUBBING, None, RUBBING),
+        (TURNING, None, TURNING.at(SPEED)),
+        (TWO, None, TWO),
+        (PLAIN, CASING, lobex.Modes.relative(tool=PLAIN, workpiece=CASING)),
+    ],
+    ids=["friction", "complex modes", "two contacts", "flexible casing"],
+)
+def test_growth_of_a_march_is_the_multiplier(marched, structure, delayed):
+    stiffness = 1.02 * limit(delayed)
+    march = in_permanent_contact(marched, stiffness, SPEED, 1024, structure=structure)
+    assert np.abs(grown(march)) == pytest.approx([multiplier(delayed, stiffness, SPEED, 1024)], rel=1e-4)
+    assert np.max(np.abs(march.energy_error)) < 1e-6
+
+
+def test_growth_of_blades_in_one_track_is_the_multiplier():
+    stiffness = 0.5 * limit(PLAIN, 4 * SPEED)
+    march = in_permanent_contact(MISTUNED, stiffness, SPEED, 1024, incursion=4e-5)
+    expected = family_multiplier(PLAIN, MISTUNED.mistuning, stiffness, SPEED, 1024)
+    assert np.abs(grown(march)) == pytest.approx([expected], rel=1e-4)
+    assert np.max(np.abs(march.energy_error)) < 1e-5
