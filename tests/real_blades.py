@@ -36,7 +36,8 @@ def in_permanent_contact(modes, stiffness, speed, steps, revolutions=40, structu
     """A march over a smooth casing that comes closer all the time, so that no contact is ever lost."""
     casing = lobex.Casing(amplitude=0.0, structure=structure)
     options = {"incursion": 1e-5, "samples_per_revolution": steps, **options}
-    march = lobex.march_wear(modes, casing, lobex.Linear(stiffness), [speed], revolutions, steps, **options)
+    law = stiffness if hasattr(stiffness, "force") else lobex.Linear(stiffness)
+    march = lobex.march_wear(modes, casing, law, [speed], revolutions, steps, **options)
     assert np.all(march.contact[..., 1:] == 1)
     return march
 
@@ -49,17 +50,36 @@ def multiplier(modes, stiffness, speed, steps):
 
 def family_multiplier(modes, mistuning, stiffness, speed, steps):
     """|μ| per revolution of blades that are not coupled, ∏(1 + K Gⱼ) = e^{−sT} ∏ K Gⱼ, each a step early."""
-    omega = modes.angular_frequency * (1 + np.asarray(mistuning)[:, None])
-    residue = (modes.shape * modes.loading)[:, 0]
     delay = (1 - len(mistuning) / steps) / speed
 
     def equation(s):
-        denominator = s[:, None, None] ** 2 + 2 * modes.damping_ratio * omega * s[:, None, None] + omega**2
-        response = stiffness * np.sum(residue / denominator, axis=-1)
-        return np.prod(1 + response, axis=1) - np.exp(-s * delay) * np.prod(response, axis=1)
+        response = np.stack([stiffness * receptance(modes, s, 1 + share) for share in mistuning])
+        return np.prod(1 + response, axis=0) - np.exp(-s * delay) * np.prod(response, axis=0)
 
-    starts = np.linspace(0.7 * omega.min(), 1.6 * omega.max(), 1500)
-    s = (np.log([[0.6], [1.0], [1.5]]) * speed + 1j * starts).ravel()
+    return largest_root(equation, modes, speed)
+
+
+def viscous_multiplier(modes, law, speed, steps):
+    """|μ| per revolution with F = K h + C ẏ: 1 + G (K − K e^{−sT} + C s) = 0, a step early."""
+    delay = (1 - 1 / steps) / speed
+
+    def equation(s):
+        force = law.stiffness * (1 - np.exp(-s * delay)) + law.viscosity * s
+        return 1 + receptance(modes, s) * force
+
+    return largest_root(equation, modes, speed)
+
+
+def receptance(modes, s, higher=1.0):
+    """G(s) of modes that are not complex, their frequencies times ``higher``."""
+    omega, residue = modes.angular_frequency * higher, (modes.shape * modes.loading)[:, 0]
+    return np.sum(residue / (s[:, None] ** 2 + 2 * modes.damping_ratio * omega * s[:, None] + omega**2), axis=1)
+
+
+def largest_root(equation, modes, speed):
+    """e^{Re s/f} of the rightmost root s, by Newton's iteration from everywhere around the modes."""
+    omega = np.linspace(0.7 * modes.angular_frequency.min(), 1.6 * modes.angular_frequency.max(), 1500)
+    s = (np.log([[0.6], [1.0], [1.5]]) * speed + 1j * omega).ravel()
     with np.errstate(all="ignore"):
         for _ in range(60):
             s = s - equation(s) * 2e-3 / (equation(s + 1e-3) - equation(s - 1e-3))

@@ -15,6 +15,8 @@ LAWS = {
     "cubic": lobex.Cubic(width=2e-3, first=3e8, second=-1e12, third=2e15),
     "threshold": lobex.Threshold(width=2e-3, offset=5e3, slope=4e8),
     "power": lobex.Power(width=2e-3, coefficient=8e7, exponent=0.75),
+    "bilinear": lobex.Bilinear(stiffness=4.5e6, second_stiffness=1.5e6, transition=2.5e-5),
+    "kelvin-voigt": lobex.KelvinVoigt(stiffness=4.5e6, viscosity=80.0),
     "plastic": lobex.Plastic(stiffness=4.5e6, yield_force=60.0, hardening=1.5e6),
 }
 PENETRATION = np.array([-1.0, -1e-12, 0.0, 1e-9, 1e-5, 4e-5, 1e-3])
@@ -35,6 +37,11 @@ def test_forces_are_those_of_the_source():
         assert LAWS["cubic"].force(h) == pytest.approx(2e-3 * (3e8 * h - 1e12 * h**2 + 2e15 * h**3), rel=1e-14)
         assert LAWS["threshold"].force(h) == pytest.approx(2e-3 * (5e3 + 4e8 * h), rel=1e-15)
         assert LAWS["power"].force(h) == pytest.approx(2e-3 * 8e7 * h**0.75, rel=1e-14)
+        assert LAWS["bilinear"].force(h) == pytest.approx(4.5e6 * 2.5e-5 + 1.5e6 * 0.5e-5, rel=1e-14)
+        assert LAWS["bilinear"].force(2e-5) == pytest.approx(4.5e6 * 2e-5, rel=1e-14)
+        assert LAWS["kelvin-voigt"].force(h, 0.0, 0.2) == pytest.approx(4.5e6 * h + 80 * 0.2, rel=1e-14)
+        # A tip that leaves quickly is let go, and never pulled.
+        assert LAWS["kelvin-voigt"].force(h, 0.0, -2.0) == 0
         # 135 N of elastic force against a yield force of 60 N.
         flow = (4.5e6 * h - 60) / (4.5e6 + 1.5e6)
         assert LAWS["plastic"].force(h) == pytest.approx(4.5e6 * (h - flow), rel=1e-14)
@@ -61,7 +68,8 @@ def test_energy_is_the_integral_of_the_force(name, depth):
     law = LAWS[name]
     yielding = (60 + 1.5e6 * depth) / 4.5e6
     for h in (5e-6, 2e-5, 2e-4):
-        kink = [yielding] if name == "plastic" and yielding < h else None
+        bends = {"plastic": yielding, "bilinear": 2.5e-5}
+        kink = [bends[name]] if bends.get(name, h) < h else None
         work, error = quad(lambda x: float(law.force(x, depth)), 0, h, points=kink, epsabs=0, epsrel=1e-10)
         assert law.energy(h, depth) == pytest.approx(work, rel=1e-9, abs=10 * error)
 
@@ -125,6 +133,9 @@ def test_plastic_loading_in_two_stages_is_loading_in_one(whole, share, hardening
         (lambda: lobex.Threshold(1e-3, -1.0, 1.0), "offset = -1"),
         (lambda: lobex.Power(1e-3, 1e8, 0.0), "exponent = 0"),
         (lambda: lobex.Power(1e-3, np.inf, 0.7), "coefficient = inf"),
+        (lambda: lobex.Bilinear(1.0, -1.0, 1e-5), "second_stiffness = -1"),
+        (lambda: lobex.Bilinear(1.0, 1.0, np.inf), "transition = inf"),
+        (lambda: lobex.KelvinVoigt(1.0, -2.0), "viscosity = -2"),
         (lambda: lobex.Plastic(0.0, 1.0), "stiffness = 0"),
         (lambda: lobex.Plastic(1.0, -1.0), "yield_force = -1"),
         (lambda: lobex.Plastic(1.0, 1.0, -1.0), "hardening = -1"),

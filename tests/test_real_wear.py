@@ -1,5 +1,7 @@
 """Wear marches of real blades: with friction, complex modes, several contacts, a flexible casing, a whole blading."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -15,6 +17,7 @@ from real_blades import (
     grown,
     in_permanent_contact,
     multiplier,
+    viscous_multiplier,
 )
 
 SPEED = 85.0
@@ -48,3 +51,12 @@ def test_growth_of_blades_in_one_track_is_the_multiplier():
     expected = family_multiplier(PLAIN, MISTUNED.mistuning, stiffness, SPEED, 1024)
     assert np.abs(grown(march)) == pytest.approx([expected], rel=1e-4)
     assert np.max(np.abs(march.energy_error)) < 1e-5
+
+
+def test_growth_under_a_law_that_follows_the_rate_is_the_multiplier():
+    law = lobex.KelvinVoigt(1.3 * limit(RUBBING), viscosity=15.0)
+    march = in_permanent_contact(RUBBING, law, SPEED, 1024)
+    expected = viscous_multiplier(RUBBING, law, SPEED, 1024)
+    # What the rate takes makes the difference.
+    assert abs(expected / viscous_multiplier(RUBBING, replace(law, viscosity=0.0), SPEED, 1024) - 1) > 1e-2
+    assert np.abs(grown(march)) == pytest.approx([expected], rel=1e-4)

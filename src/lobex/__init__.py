@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from lobex.advice.next_try import next_speed
     from lobex.characteristic.method import CharacteristicRoots
     from lobex.contact.casing import Casing
-    from lobex.contact.laws import Cubic, Linear, Plastic, Power, Threshold
+    from lobex.contact.laws import Bilinear, Cubic, KelvinVoigt, Linear, Plastic, Power, Threshold
     from lobex.files import load
     from lobex.grids.choice import Auto
     from lobex.limits.adaptive import limit_curve
@@ -78,6 +78,7 @@ _HOME = {
     "Auto": "grids.choice",
     "Band": "results.band",
     "Beam": "structures.beam",
+    "Bilinear": "contact.laws",
     "Blading": "structures.blading",
     "BladingWear": "results.blading_wear",
     "Boundary": "results.boundary",
@@ -95,6 +96,7 @@ _HOME = {
     "DelaySystem": "systems.system",
     "DelayedMathieu": "processes.canonical",
     "Duhamel": "operators.duhamel",
+    "KelvinVoigt": "contact.laws",
     "Limit": "results.limit",
     "Linear": "contact.laws",
     "LinearDelay": "processes.linear_delay",
@@ -156,6 +158,7 @@ __all__ = [
     "Auto",
     "Band",
     "Beam",
+    "Bilinear",
     "Blading",
     "BladingWear",
     "Boundary",
@@ -173,6 +176,7 @@ __all__ = [
     "DelaySystem",
     "DelayedMathieu",
     "Duhamel",
+    "KelvinVoigt",
     "Limit",
     "Linear",
     "LinearDelay",

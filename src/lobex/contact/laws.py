@@ -8,10 +8,11 @@ has gone past the profile as it is, and ``depth`` is what has been removed there
     removed(penetration, depth, residual)  m, at least zero, what this contact adds to the depth
 
 where ``residual`` is the penetration that is left after the tip has moved on by one step. Only ``Plastic``
-depends on the depth.
+depends on the depth. A law that says ``follows_rate = True`` is asked for force(penetration, depth, rate), with the
+velocity of the penetration, m/s.
 """
 
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import jax.numpy as jnp
 from jaxtyping import Array, Float
@@ -179,6 +180,74 @@ class Power(Penalty):
 
 
 @pytree()
+class Bilinear(Penalty):
+    """F = K h up to a penetration h₁, and from there on K h₁ + K₂ (h − h₁): a coating that crushes or that locks.
+
+    Attributes:
+        stiffness: K, N/m.
+        second_stiffness: K₂, N/m.
+        transition: h₁, m.
+
+    Raises:
+        ValueError: for values that are negative, not finite, or not one number.
+    """
+
+    stiffness: Number
+    second_stiffness: Number
+    transition: Number
+
+    def __post_init__(self) -> None:
+        _not_negative(
+            stiffness=(self.stiffness, "N/m"),
+            second_stiffness=(self.second_stiffness, "N/m"),
+            transition=(self.transition, "m"),
+        )
+
+    def force(self, penetration: Numbers, depth: Numbers = 0.0) -> Float[AnyArray, "..."]:
+        """The contact force, N."""
+        beyond = _positive(penetration - self.transition)
+        return self.stiffness * (_positive(penetration) - beyond) + self.second_stiffness * beyond
+
+    def energy(self, penetration: Numbers, depth: Numbers = 0.0) -> Float[AnyArray, "..."]:
+        """The potential of the force, J."""
+        beyond = _positive(penetration - self.transition)
+        within = _positive(penetration) - beyond
+        return self.stiffness * (within**2 / 2 + self.transition * beyond) + self.second_stiffness * beyond**2 / 2
+
+
+@pytree()
+class KelvinVoigt(Penalty):
+    """F = K h + C ḣ in contact, and never a pull: a coating that is the harder the faster the tip comes in.
+
+    ḣ is the velocity of the tip along the normal, beyond that of a flexible casing.
+
+    Attributes:
+        stiffness: K, N/m.
+        viscosity: C, N s/m.
+
+    Raises:
+        ValueError: for values that are negative, not finite, or not one number.
+    """
+
+    follows_rate: ClassVar[bool] = True
+
+    stiffness: Number
+    viscosity: Number
+
+    def __post_init__(self) -> None:
+        _not_negative(stiffness=(self.stiffness, "N/m"), viscosity=(self.viscosity, "N s/m"))
+
+    def force(self, penetration: Numbers, depth: Numbers = 0.0, rate: Numbers = 0.0) -> Float[AnyArray, "..."]:
+        """The contact force, N, at a velocity of the penetration, m/s."""
+        pushed = self.stiffness * penetration + self.viscosity * rate
+        return jnp.where(penetration > 0, _positive(pushed), 0.0)
+
+    def energy(self, penetration: Numbers, depth: Numbers = 0.0) -> Float[AnyArray, "..."]:
+        """The potential of its elastic part, J."""
+        return self.stiffness / 2 * _positive(penetration) ** 2
+
+
+@pytree()
 class Plastic:
     """An elastic-plastic coating with linear hardening; its plastic strain is the wear.
 
@@ -226,11 +295,13 @@ class Plastic:
         return _positive(excess) / (self.stiffness + self.hardening)
 
 
-def check_law(law: Any) -> None:
-    """Require a contact law."""
+def check_law(law: Any, by_rate: bool = True) -> None:
+    """Require a contact law, and unless ``by_rate`` one that asks for no rate."""
     methods = ("force", "energy", "removed")
     if isinstance(law, type) or not all(callable(getattr(law, name, None)) for name in methods):
         raise ValueError(f"law = {_checks.brief(law)} is no contact law; give one such as lobex.Linear(4.5e6)")
+    if not by_rate and getattr(law, "follows_rate", False):
+        raise ValueError(f"law = {_checks.brief(law)} follows the rate, which march_wear alone takes; give another law")
 
 
 def _not_negative(**values: tuple[Any, str]) -> None:

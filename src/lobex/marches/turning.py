@@ -123,7 +123,7 @@ def simulate_turning(
 
 
 def _check_cutting(law: Any) -> None:
-    check_law(law)
+    check_law(law, by_rate=False)
     if isinstance(law, Plastic):
         raise ValueError("law = Plastic is a coating, which does not part into chips; give a cutting law")
     width = getattr(law, "width", 1.0)

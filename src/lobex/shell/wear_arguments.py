@@ -13,6 +13,8 @@ LAWS: dict[str, tuple[str, ...]] = {
     "cubic": ("width", "first", "second", "third"),
     "threshold": ("width", "offset", "slope"),
     "power": ("width", "coefficient", "exponent"),
+    "bilinear": ("stiffness", "second_stiffness", "transition"),
+    "kelvin-voigt": ("stiffness", "viscosity"),
     "plastic": ("stiffness", "yield_force", "hardening"),
 }
 DEFAULTS = {"stiffness": 4.5e6, "hardening": 0.0, "width": 1.0, "second": 0.0, "third": 0.0}
@@ -31,10 +33,10 @@ _STORAGE = Storage()
 class ContactFlags:
     """The contact law."""
 
-    law: Annotated[str, tyro.conf.arg(metavar="linear|cubic|threshold|power|plastic")] = "linear"
-    """F = K h, b (ρ₁h + ρ₂h² + ρ₃h³), b (K₀ + K_s h), b K h^p, or elastic-plastic."""
+    law: Annotated[str, tyro.conf.arg(metavar="linear|cubic|threshold|power|bilinear|kelvin-voigt|plastic")] = "linear"
+    """F = K h, b (ρ₁h + ρ₂h² + ρ₃h³), b (K₀ + K_s h), b K h^p, of two slopes, K h + C ḣ, or elastic-plastic."""
     stiffness: Annotated[float | None, _number("4.5e6")] = None
-    """Contact stiffness of linear and plastic, N/m."""
+    """Contact stiffness of linear, bilinear, kelvin-voigt and plastic, N/m."""
     width: Annotated[float | None, _number("1")] = None
     """Width b of cubic, threshold and power, m."""
     first: Annotated[float | None, _NEEDED] = None
@@ -51,6 +53,12 @@ class ContactFlags:
     """K of power, N/m^(1 + p)."""
     exponent: Annotated[float | None, _NEEDED] = None
     """p of power."""
+    second_stiffness: Annotated[float | None, _NEEDED] = None
+    """Contact stiffness of bilinear beyond its transition, N/m."""
+    transition: Annotated[float | None, _NEEDED] = None
+    """Penetration at which the slope of bilinear changes, m."""
+    viscosity: Annotated[float | None, _NEEDED] = None
+    """Viscosity of kelvin-voigt, N s/m."""
     yield_force: Annotated[float | None, _NEEDED] = None
     """Yield force of plastic, N."""
     hardening: Annotated[float | None, _number("0")] = None

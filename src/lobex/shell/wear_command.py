@@ -47,7 +47,7 @@ def run_wear(command: Wear) -> None:
         march = march_wear(
             rod_modes_of(flags.blade),
             casing,
-            getattr(laws, flags.contact.law.capitalize())(**numbers),
+            getattr(laws, flags.contact.law.title().replace("-", ""))(**numbers),
             speed,
             flags.revolutions,
             flags.steps,
