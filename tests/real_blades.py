@@ -70,15 +70,38 @@ def viscous_multiplier(modes, law, speed, steps):
     return largest_root(equation, modes, speed)
 
 
+def ring_multiplier(modes, mistuning, ring, stiffness, speed, steps):
+    """|μ| per revolution of blades on one ring: det(I + K G (I − P)) = 0, with P from each to the blade before it."""
+    blades = len(mistuning)
+    gap = (1 / blades - 1 / steps) / speed
+    apart = 2 * np.pi * (np.arange(blades) - np.arange(blades)[:, None]) / blades
+    before = np.roll(np.eye(blades), 1, axis=0)
+
+    def wave(s):
+        return s**2 + 2 * ring.damping_ratio[0] * own * s + own**2
+
+    own, waves = 2 * np.pi * ring.frequency[0], ring.nodal_diameter[0]
+    swept = 2j * np.pi * waves * speed
+
+    def equation(s):
+        s = s[:, None, None]
+        casing = np.exp(1j * waves * apart) / wave(s - swept) + np.exp(-1j * waves * apart) / wave(s + swept)
+        own_motion = np.stack([receptance(modes, s.ravel(), 1 + share) for share in mistuning], axis=1)
+        whole = own_motion[:, None] * np.eye(blades) + casing / (2 * ring.mass[0])
+        return np.linalg.det(np.eye(blades) + stiffness * whole @ (np.eye(blades) - before * np.exp(-s * gap)))
+
+    return largest_root(equation, modes, speed, 300)
+
+
 def receptance(modes, s, higher=1.0):
     """G(s) of modes that are not complex, their frequencies times ``higher``."""
     omega, residue = modes.angular_frequency * higher, (modes.shape * modes.loading)[:, 0]
     return np.sum(residue / (s[:, None] ** 2 + 2 * modes.damping_ratio * omega * s[:, None] + omega**2), axis=1)
 
 
-def largest_root(equation, modes, speed):
+def largest_root(equation, modes, speed, starts=1500):
     """e^{Re s/f} of the rightmost root s, by Newton's iteration from everywhere around the modes."""
-    omega = np.linspace(0.7 * modes.angular_frequency.min(), 1.6 * modes.angular_frequency.max(), 1500)
+    omega = np.linspace(0.7 * modes.angular_frequency.min(), 1.6 * modes.angular_frequency.max(), starts)
     s = (np.log([[0.6], [1.0], [1.5]]) * speed + 1j * omega).ravel()
     with np.errstate(all="ignore"):
         for _ in range(60):

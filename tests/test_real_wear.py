@@ -7,6 +7,7 @@ import pytest
 
 import lobex
 from lobex.structures.blading import Blading
+from lobex.structures.ring import Ring
 from real_blades import (
     CASING,
     PLAIN,
@@ -17,6 +18,7 @@ from real_blades import (
     grown,
     in_permanent_contact,
     multiplier,
+    ring_multiplier,
     viscous_multiplier,
 )
 
@@ -51,6 +53,20 @@ def test_growth_of_blades_in_one_track_is_the_multiplier():
     expected = family_multiplier(PLAIN, MISTUNED.mistuning, stiffness, SPEED, 1024)
     assert np.abs(grown(march)) == pytest.approx([expected], rel=1e-4)
     assert np.max(np.abs(march.energy_error)) < 1e-5
+
+
+def test_growth_of_blades_on_a_ring_is_the_multiplier():
+    """Its waves go past them, and each blade meets what the others do to it."""
+    ring = Ring([2], [330.0], [0.02], [0.8])
+    stiffness = 0.35 * limit(PLAIN, 4 * SPEED)
+    march = in_permanent_contact(MISTUNED, stiffness, SPEED, 1024, 80, ring, incursion=4e-5)
+    expected, rigid = (
+        ring_multiplier(PLAIN, MISTUNED.mistuning, casing, stiffness, SPEED, 1024)
+        for casing in (ring, replace(ring, mass=[3e6]))
+    )
+    assert np.abs(grown(march)) == pytest.approx([expected], rel=1e-4)
+    assert abs(expected / rigid - 1) > 1e-3
+    assert np.max(march.casing_amplitude) > 1e-9
 
 
 def test_growth_under_a_law_that_follows_the_rate_is_the_multiplier():

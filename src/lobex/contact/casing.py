@@ -45,8 +45,9 @@ class Casing:
         axial_width: axial length of the rub track, m, for volumes; 1 gives them per metre.
         surface: a profile of your own in place of the bumps, shape (cells,), m, starting at θ = 0. It may be
             negative everywhere, for permanent contact.
-        structure: of a flexible casing its modes as the contact meets them, one direction for each contact, outwards as
-            the tip's: ``Modes``, or those that follow the speed, such as a ``Ring``; None of a rigid one.
+        structure: of a flexible casing its modes as the contacts meet them, outwards as the tip's: a ``Ring``, whose
+            waves go past any number of contacts; or ``Modes``, or those that follow the speed, of one direction for
+            each contact, those of all blades at the first place of a blade, then at the next. None of a rigid one.
 
     Raises:
         ValueError: for values that are not finite, negative or zero where that has no meaning, an unknown bump,

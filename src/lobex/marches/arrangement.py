@@ -12,9 +12,7 @@ from lobex.contact.casing import Casing, check_casing
 from lobex.contact.laws import ContactLaw, check_law
 from lobex.marches.bodies import Structure
 from lobex.marches.tracks import Tracks
-
-# Blades follow each other in the track that the first begins.
-_SHARED = 0
+from lobex.structures.ring_waves import RingWaves
 
 
 class Arrangement(NamedTuple):
@@ -57,8 +55,10 @@ class Arrangement(NamedTuple):
             raise ValueError("casing has tracks of several radii or structures; give one radius and one structure")
         structure = None
         if first.structure is not None:
-            structure = Structure("casing.structure", first.structure)
-            wanted = place.size
+            wanted, carries = place.size, first.structure
+            if wanted > 1 and hasattr(carries, "nodal_diameter"):
+                carries = RingWaves(carries, 2 * np.pi * place.ravel())
+            structure = Structure("casing.structure", carries)
             if structure.contacts != wanted:
                 raise ValueError(
                     f"casing.structure has {structure.contacts} contact directions; give one for each contact, {wanted}"
