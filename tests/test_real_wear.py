@@ -76,3 +76,35 @@ def test_growth_under_a_law_that_follows_the_rate_is_the_multiplier():
     # What the rate takes makes the difference.
     assert abs(expected / viscous_multiplier(RUBBING, replace(law, viscosity=0.0), SPEED, 1024) - 1) > 1e-2
     assert np.abs(grown(march)) == pytest.approx([expected], rel=1e-4)
+
+
+# --- symmetries
+
+
+def bumpy(steps, turned=0):
+    """A casing of your own with a single bump, turned by so many cells."""
+    place = np.arange(steps)
+    bump = -5e-5 * np.where((place > 60) & (place < 110), np.sin(np.pi * (place - 60) / 50) ** 2, 0) + 1e-6
+    return lobex.Casing(surface=np.roll(bump, turned))
+
+
+def test_blades_turned_by_one_pitch_wear_the_casing_turned():
+    """Blade j in the place of blade j + 1, before a casing that is turned along."""
+    steps, pitch = 480, 120
+    plain, turned = (
+        lobex.march_wear(
+            MISTUNED if shift == 0 else rolled(), bumpy(steps, shift), lobex.Linear(1e6), [60.0, 85.0], 3, steps
+        )
+        for shift in (0, pitch)
+    )
+    assert turned.depth == pytest.approx(np.roll(plain.depth, pitch, axis=2), rel=1e-12, abs=1e-20)
+    assert np.max(plain.depth) > 1e-6
+    for name in ("amplitude", "force", "contact", "input_energy", "displacement"):
+        moved = np.roll(getattr(plain, name), -1, axis=1)
+        assert getattr(turned, name) == pytest.approx(moved, rel=1e-9, abs=1e-15), name
+        assert np.any(np.abs(moved - getattr(plain, name)) > 1e-3 * np.max(np.abs(moved)))
+
+
+def rolled():
+    """The blading with each blade in the place of the one before it."""
+    return replace(MISTUNED, mistuning=np.roll(MISTUNED.mistuning, -1))

@@ -14,9 +14,6 @@ from lobex.marches.decimation import decimate
 from lobex.marches.rub_step import Bladed, Moving, RubStep, Still, Totals
 from lobex.marches.tracks import Depth, Tracks
 
-# Steps per turn of the loop, for less overhead; more only compiled longer.
-_UNROLL = 4
-
 
 class Rubbing(NamedTuple):
     """Where a revolution begins and ends.
@@ -111,7 +108,7 @@ def _over_cells(
     def over(carry: tuple[Moving, Depth], rows: Any) -> tuple[tuple[Moving, Depth], Float[AnyArray, "steps columns"]]:
         (state, depth), (number, profile, closed) = carry, rows
         given = profile, tracks.ahead(depth, number), closed
-        state, (worn, seen) = jax.lax.scan(step.advance, state, given, unroll=min(_UNROLL, tracks.stretch))
+        state, (worn, seen) = jax.lax.scan(step.advance, state, given)
         return (state, tracks.left(depth, number, worn)), seen
 
     if tracks.alone:

@@ -2,6 +2,7 @@
 
 from typing import Any, NamedTuple
 
+import jax
 import jax.numpy as jnp
 from jaxtyping import Float
 
@@ -155,6 +156,8 @@ class RubStep:
         surface = profile[..., None] + depth
         penetration = self._reach(state) - surface
         force = self._force(penetration, depth, self._rate(state))
+        # XLA would work them out again for each of the sums.
+        surface, depth, penetration, force = jax.lax.optimization_barrier((surface, depth, penetration, force))
         after, tips, works, damped = [], [], [], []
         for march, old, push in zip(self.marches, state.bodies, self._on_each(force), strict=True):
             displacement, increment = march.advance(old.displacement, old.increment, push)

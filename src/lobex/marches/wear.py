@@ -30,8 +30,9 @@ from lobex.processes.regenerative import Rub
 from lobex.results.blading_wear import BladingWear
 from lobex.results.wear_map import WearMap
 
-# Lanes marched together on a CPU: their modes stay in a core's cache, and the loop's overhead is shared.
-_LANES = 384
+# Marched together on a CPU are so many modes of lanes and blades, which stay in a core's cache while the loop's cost
+# is shared; and so many numbers seen in a revolution, beyond which the system takes its time to make room.
+_MODES, _SEEN = 3840, 384 * 4096
 _FEWEST_LANES = 32
 _NAMED = 5
 
@@ -147,7 +148,7 @@ def _march(
     cells = places.cells
     matrix = filter_matrix(cells, factor) if factor > 1 else np.zeros((1, 1))
     lanes, revolutions = record.history.shape
-    blocks = _blocks(lanes, arranged.blades.blades)
+    blocks = _blocks(lanes, arranged, cells)
     work = _Work(arranged, places, places.unworn(profiles), incursion, matrix, factor)
     with tqdm(total=len(blocks) * revolutions, unit="rev", disable=not progress, leave=False) as bar:
         part = partial(_march_block, work, record, bar.update)
@@ -205,11 +206,14 @@ def _march_block(work: _Work, record: Record, done: Callable[[], Any], block: np
     record.depth[block] = np.moveaxis(depth, -1, 0).swapaxes(1, 2)
 
 
-def _blocks(lanes: int, blades: int) -> list[np.ndarray]:
+def _blocks(lanes: int, arranged: Arrangement, cells: int) -> list[np.ndarray]:
     """Lane numbers of equal blocks; the last reaches back over lanes of the one before, so that one shape serves."""
     cpu = jax.default_backend() == "cpu"
     side = workers() if cpu else len(jax.local_devices())
-    most = max(_LANES // blades, 1)
+    blade, blades = arranged.blades.blade, arranged.blades.blades
+    most = max(min(_MODES // blade.count, _SEEN // (cells * blade.directions)) // blades, 1)
     count = max(min(side, max(lanes * blades // _FEWEST_LANES, 1), lanes), -(-lanes // most) if cpu else 1, 1)
+    # As many for each worker, where all have some.
+    count = min(-(-count // side) * side, lanes) if count > side else count
     size = -(-lanes // count)
     return [np.arange(size) + min(start, lanes - size) for start in range(0, lanes, size)]
