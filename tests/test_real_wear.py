@@ -6,8 +6,6 @@ import numpy as np
 import pytest
 
 import lobex
-from lobex.structures.blading import Blading
-from lobex.structures.ring import Ring
 from real_blades import (
     CASING,
     PLAIN,
@@ -23,7 +21,7 @@ from real_blades import (
 )
 
 SPEED = 85.0
-MISTUNED = Blading(PLAIN, 4, mistuning=[0.0, 0.02, -0.01, 0.01])
+MISTUNED = lobex.Blading(PLAIN, 4, mistuning=[0.0, 0.02, -0.01, 0.01])
 
 
 def limit(modes, speed=SPEED):
@@ -57,7 +55,7 @@ def test_growth_of_blades_in_one_track_is_the_multiplier():
 
 def test_growth_of_blades_on_a_ring_is_the_multiplier():
     """Its waves go past them, and each blade meets what the others do to it."""
-    ring = Ring([2], [330.0], [0.02], [0.8])
+    ring = lobex.Ring([2], [330.0], [0.02], [0.8])
     stiffness = 0.35 * limit(PLAIN, 4 * SPEED)
     march = in_permanent_contact(MISTUNED, stiffness, SPEED, 1024, 80, ring, incursion=4e-5)
     expected, rigid = (

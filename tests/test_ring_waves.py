@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lobex.structures.ring import Ring
+import lobex
 from lobex.structures.ring_waves import RingWaves
 
 ANGLE = np.array([0.0, 0.7, 2.1])
@@ -24,7 +24,7 @@ def of_modes(modes, s):
 
 @pytest.mark.parametrize("s", [100 + 900j, 5 + 2400j])
 def test_waves_have_the_rings_receptance(s):
-    ring = Ring([0, 2, 3], [280.0, 300.0, 410.0], [0.03, 0.02, 0.01], [5.0, 3.0, 4.0])
+    ring = lobex.Ring([0, 2, 3], [280.0, 300.0, 410.0], [0.03, 0.02, 0.01], [5.0, 3.0, 4.0])
     apart, expected = ANGLE[:, None] - ANGLE, 0
     for n, frequency, ratio, mass in zip(
         ring.nodal_diameter, ring.frequency, ring.damping_ratio, ring.mass, strict=True
@@ -40,7 +40,7 @@ def test_waves_have_the_rings_receptance(s):
 
 
 def test_one_contact_meets_the_ring_itself():
-    ring = Ring([2, 5], [300.0, 410.0], [0.02, 0.01], [3.0, 4.0])
+    ring = lobex.Ring([2, 5], [300.0, 410.0], [0.02, 0.01], [3.0, 4.0])
     one, same = RingWaves(ring, np.zeros(1)).at(SPEED), ring.at(SPEED)
     assert one.angular_frequency == pytest.approx(same.angular_frequency, rel=1e-14)
     assert one.shape * one.loading == pytest.approx(same.shape * same.loading, rel=1e-13)
