@@ -56,6 +56,23 @@ def test_numbers_add_in_squares_and_modes_are_independent(limit):
         at={"ξ": 0.03},
     ).band({"ξ": 0.1})
     assert shared.relative == pytest.approx(np.abs(np.sum(parts[:5], axis=0)), rel=1e-10)
+    # So do those that are told to hang together, and those apart do not.
+    each = {f"modes.damping_ratio[{i}]": 0.1 for i in range(5)}
+    assert limit.band(each, correlation=np.ones((5, 5))).relative == pytest.approx(shared.relative, rel=1e-8)
+    assert limit.band(each, correlation=np.eye(5)).relative == pytest.approx(limit.band(each).relative, rel=1e-8)
+
+
+def test_correlations_that_cannot_be_are_refused(limit):
+    each = {f"modes.damping_ratio[{i}]": 0.1 for i in range(3)}
+    for wrong, words in (
+        (np.eye(2), "correlation has shape (2, 2); give (3, 3) of 3 numbers"),
+        (2 * np.eye(3), "correlation is no correlation matrix"),
+        (np.array([[1, 1, 1], [1, 1, -1], [1, -1, 1.0]]), "correlation is no correlation matrix"),
+    ):
+        with refused(words):
+            limit.band(each, correlation=wrong)
+    with refused("with correlation, name each number by itself"):
+        limit.band({"modes.damping_ratio": 0.1}, correlation=np.eye(1))
 
 
 def test_edges_are_symmetric_in_the_logarithm(limit):

@@ -117,22 +117,24 @@ class Limit(OfProcess, form="lobex limit 2"):
                 lines.insert(4, f"  estimated error  {worst:.1e} relative, at most")
         return "\n".join(lines)
 
-    def band(self, relative_standard_deviation: Mapping[str, float]) -> "Band":
+    def band(self, relative_standard_deviation: Mapping[str, float], correlation: Any = None) -> "Band":
         """The first-order uncertainty of the limit for uncertain numbers of its process.
 
         σ²(ln K) = Σ (d ln K/d ln p · σ_p/p)² over independent numbers p, which are named as in
         ``lobex.sensitivities``: "tangential", "modes.damping_ratio[0]". A name without index stands for
         each of its numbers, every mode and every entry of a shape independent of the others. For numbers
-        that vary together, or that the process was made from, take ``lobex.sensitivities(function, …, at=…).band``.
+        that the process was made from, take ``lobex.sensitivities(function, …, at=…).band``.
 
         Args:
             relative_standard_deviation: σ_p/p by name, such as ``{"modes.damping_ratio": 0.1}``.
+            correlation: of those numbers in that order, (p, p), where they vary together, such as those of a
+                ``ModalFit``; each is then named by itself.
 
         Raises:
-            ValueError: for unknown names, negative standard deviations, and a limit that does not tell its process
-                (found under ``jit`` or ``grad``, or of a class that is not lobex's own).
+            ValueError: for unknown names, negative standard deviations, what is no correlation, and a limit that does
+                not tell its process (found under ``jit`` or ``grad``, or of a class that is not lobex's own).
         """
-        return by_name("limits.sensitivity.sensitivities_of")(self).band(relative_standard_deviation)
+        return by_name("limits.sensitivity.sensitivities_of")(self).band(relative_standard_deviation, correlation)
 
     @overload
     def plot(self, ax: "Axes", speed_unit: str | None = None, *, label: str | None = None) -> "Axes": ...

@@ -66,11 +66,11 @@ class Sensitivities(Result, form="lobex sensitivities 2"):
             raise KeyError(f"{name!r} is none of the numbers {', '.join(self.names)}")
         return self.logarithmic[:, self.names.index(name)]
 
-    def band(self, relative_standard_deviation: Mapping[str, float]) -> "Band":
+    def band(self, relative_standard_deviation: Mapping[str, float], correlation: Any = None) -> "Band":
         """The first-order uncertainty of the limit for uncertain numbers; see ``Limit.band``."""
         from lobex.results.propagation import band
 
-        return band(self, relative_standard_deviation)
+        return band(self, relative_standard_deviation, correlation)
 
     def largest(self, count: int) -> list[int]:
         """Indices of the numbers that matter most, by their largest |d ln K / d ln p|, in falling order."""
