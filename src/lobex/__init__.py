@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from lobex.marches.delay import march_delay
     from lobex.marches.start import growing_history
     from lobex.marches.turning import simulate_turning
+    from lobex.measured.frf import Frf
+    from lobex.measured.frf_file import read_frf
+    from lobex.measured.modal_fit import ModalFit
     from lobex.motions.forced_motion import orbit
     from lobex.motions.over_grid import orbits
     from lobex.operators.chebyshev import Chebyshev
@@ -96,6 +99,7 @@ _HOME = {
     "DelaySystem": "systems.system",
     "DelayedMathieu": "processes.canonical",
     "Duhamel": "operators.duhamel",
+    "Frf": "measured.frf",
     "KelvinVoigt": "contact.laws",
     "Limit": "results.limit",
     "Linear": "contact.laws",
@@ -103,6 +107,7 @@ _HOME = {
     "LobexWarning": "_warnings",
     "March": "results.march",
     "Milling": "processes.milling",
+    "ModalFit": "measured.modal_fit",
     "Modes": "structures.modes",
     "ModesOverSpeed": "structures.modes_over_speed",
     "NextSpeeds": "results.next_speeds",
@@ -144,6 +149,7 @@ _HOME = {
     "orbit": "motions.forced_motion",
     "read_blade": "processes.blade_file",
     "read_dmig": "structures.nastran_dmig",
+    "read_frf": "measured.frf_file",
     "read_matrix_market": "structures.matrix_market",
     "read_tool": "processes.tool_file",
     "orbits": "motions.over_grid",
@@ -176,6 +182,7 @@ __all__ = [
     "DelaySystem",
     "DelayedMathieu",
     "Duhamel",
+    "Frf",
     "KelvinVoigt",
     "Limit",
     "Linear",
@@ -183,6 +190,7 @@ __all__ = [
     "LobexWarning",
     "March",
     "Milling",
+    "ModalFit",
     "Modes",
     "ModesOverSpeed",
     "NextSpeeds",
@@ -226,6 +234,7 @@ __all__ = [
     "orbits",
     "read_blade",
     "read_dmig",
+    "read_frf",
     "read_matrix_market",
     "read_tool",
     "recommend",

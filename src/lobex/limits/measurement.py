@@ -9,6 +9,10 @@ from lobex._shapes import AnyArray
 
 MEASURED = ("displacement", "velocity", "acceleration")
 _NAME = {"displacement": "receptance", "velocity": "mobility", "acceleration": "accelerance"}
+NO_DRIVING_POINT = (
+    "no receptance of a driving point has; check that force and displacement were measured at one point and in one "
+    "direction"
+)
 # Imaginary parts below this share of |G| are those of noise, far from every resonance.
 _CONSIDERABLE = 0.01
 # Of max|Im G|: the least change of Re G over a resonance that says which way it is passed.
@@ -33,24 +37,35 @@ def suspicion(
     frequency: Real[AnyArray, " points"], response: Inexact[AnyArray, " points"], measured: str, conjugate: bool
 ) -> str | None:
     """Why samples, taken for what they are said to be, are no driving point, and the arguments with which they are."""
-    found = _oddity(as_receptance(frequency, response, measured, conjugate))
+    found = oddity(as_receptance(frequency, response, measured, conjugate))
     if found is None:
         return None
     if not np.any(np.imag(response)):
         return f"response has {found}; give complex values, or columns of real and imaginary parts"
-    for other, sign in product(MEASURED, (False, True)):
-        if _oddity(as_receptance(frequency, response, other, sign)) is None:
-            arguments = f"measured={other!r}" + (", conjugate=True" if sign else "")
-            kind = _NAME[other] + (" with the other sign of time, e^{−jωt}" if sign else "")
-            named = f"an {kind}" if kind.startswith("a") else f"a {kind}"
-            return f"response has {found}, which no receptance of a driving point has; {named} is read by {arguments}"
-    return (
-        f"response has {found}, which no receptance of a driving point has; check that force and displacement were "
-        "measured at one point and in one direction"
-    )
+    other = other_reading(frequency, response)
+    if other is None:
+        return f"response has {found}, which {NO_DRIVING_POINT}"
+    arguments = f"measured={other[0]!r}" + (", conjugate=True" if other[1] else "")
+    return f"response has {found}, which no receptance of a driving point has; {named(*other)} is read by {arguments}"
 
 
-def _oddity(receptance: Inexact[AnyArray, " points"]) -> str | None:
+def other_reading(
+    frequency: Real[AnyArray, " points"], response: Inexact[AnyArray, " points"]
+) -> tuple[str, bool] | None:
+    """What was measured, and whether with the other sign of time, so that samples can be a driving point."""
+    for measured, conjugate in product(MEASURED, (False, True)):
+        if oddity(as_receptance(frequency, response, measured, conjugate)) is None:
+            return measured, conjugate
+    return None
+
+
+def named(measured: str, conjugate: bool = False) -> str:
+    """Such as "an accelerance"."""
+    kind = _NAME[measured] + (" with the other sign of time, e^{−jωt}" if conjugate else "")
+    return f"an {kind}" if kind.startswith("a") else f"a {kind}"
+
+
+def oddity(receptance: Inexact[AnyArray, " points"]) -> str | None:
     """What a driving point cannot have: it takes in energy, Im G ≤ 0, and Re G falls through a resonance."""
     real, imaginary = np.real(receptance), np.imag(receptance)
     if not np.any(imaginary):

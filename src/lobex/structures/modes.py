@@ -299,6 +299,8 @@ def check_modes(modes: Any, measured: bool = False, over_speed: bool = False) ->
         hint = "modes over speed serve processes alone; give those at one speed, by at(speed)"
     elif hasattr(modes, "response"):
         hint = "a measured receptance serves exact_limit alone; give lobex.Modes"
+    elif hasattr(modes, "driving_points"):
+        hint = "it is measured; give the modes fitted to it, by modes()"
     else:
         hint = "give lobex.Modes, such as lobex.Rod().modes()"
     raise ValueError(f"modes = {_checks.brief(modes)}: {hint}")
