@@ -21,12 +21,13 @@ sys.path.insert(0, str(DOCS))
 
 import errata  # noqa: E402
 import make_blade  # noqa: E402
+import make_tap_test  # noqa: E402
 import offline  # noqa: E402
 import pages  # noqa: E402
 import reference_rows  # noqa: E402
 
 # Their code takes longest, as every cutter and equation compiles programs of its own.
-LONG = {"advice.md", "cutters.md", "forced_motion.md", "own_equation.md"}
+LONG = {"advice.md", "cutters.md", "forced_motion.md", "measured.md", "own_equation.md"}
 # Rendered notebooks have tests of their own (test_notebooks.py), and so has cluster.md (test_study.py).
 PAGES = [p for p in sorted([*DOCS.glob("*.md"), *DOCS.glob("howto/*.md")]) if p.name != "cluster.md"]
 CONTENT = pages.read(DOCS)
@@ -68,6 +69,13 @@ CLAIMS = {
     ),
     "tap_test.md": lambda n: (
         n["mill"].modes.count == 4 and n["spindle"].at(100.0).frequency == pytest.approx([(820 + 790) / 2])
+    ),
+    "measured.md": lambda n: (
+        np.asarray(n["fit"].modes.frequency) == pytest.approx([563.6, 516.21], rel=1e-3)
+        and np.asarray(n["fit"].modes.damping_ratio) == pytest.approx([0.0558, 0.025], rel=0.02)
+        and np.isfinite(n["limit"].gain).all()
+        and n["band"].relative[0] < 0.01
+        and n["low"] < n["found"].gain < n["high"]
     ),
     "receptance.md": lambda n: n["off"].max() < 1e-4,
     "milling.md": lambda n: (
@@ -116,7 +124,7 @@ def with_marks(page):
 
 @pytest.mark.parametrize("page", [with_marks(page) for page in PAGES if code_of(page)], ids=lambda page: page.name)
 def test_code_of_pages_runs_in_order(page, tmp_path, monkeypatch):
-    beside = [shutil.copy(path, tmp_path) for kind in ("toml", "mtx") for path in page.parent.glob(f"*.{kind}")]
+    beside = [shutil.copy(path, tmp_path) for kind in ("toml", "mtx", "csv") for path in page.parent.glob(f"*.{kind}")]
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {}
     for block in code_of(page):
@@ -216,6 +224,16 @@ def test_matrices_of_the_example_blade_are_those_of_its_beam():
         read = scipy.io.mmread(make_blade.HOWTO / f"blade_{name}.mtx", spmatrix=False)
         stored = read if name == "tip" else read.toarray()
         assert stored == pytest.approx(part, rel=1e-12, abs=1e-12 * np.abs(part).max()), name
+
+
+def test_the_example_tap_test_is_that_of_its_modes():
+    def numbers(text):
+        return np.array([[float(cell) for cell in row.split(",")] for row in text.splitlines()[1:]])
+
+    stored = make_tap_test.PATH.read_text()
+    assert stored.partition("\n")[0] == make_tap_test.text().partition("\n")[0]
+    # Written to four digits.
+    assert numbers(stored) == pytest.approx(numbers(make_tap_test.text()), rel=2e-3, abs=1e-6)
 
 
 def test_titles_and_claims_of_all_figures_are_the_recorded_ones():

@@ -5,7 +5,10 @@ from typing import Annotated, Any, ClassVar
 
 import tyro
 
+from lobex.shell.measured_arguments import Measured, MeasuredInPlane
 from lobex.shell.values import Range, Values
+
+_MEASURED, _IN_PLANE = Measured(), MeasuredInPlane()
 
 
 def count_hint(hint: str) -> Any:
@@ -98,6 +101,7 @@ class Rub(Rod):
     """Contact stiffnesses K_e, N/m."""
     blade_file: Annotated[str | None, _file("blade")] = None
     """TOML file of a blade that bends, twists and turns, in place of the rod's flags (docs/howto/blades.md)."""
+    measured: Measured = _MEASURED
     discretization: Discretization = Discretization()
     output: Output = Output()
     storage: Storage = Storage()
@@ -183,6 +187,7 @@ class Milling:
     edges: Edges = Edges()
     tool: Tool = Tool()
     across: Across = Across()
+    measured: MeasuredInPlane = _IN_PLANE
     discretization: Discretization = Discretization()
     output: Output = Output()
     storage: Storage = Storage()
@@ -208,6 +213,7 @@ class Turning:
     radial: float = 2e8
     """Radial specific cutting force K_r, N/m²."""
     tool: Tool = Tool()
+    measured: Measured = _MEASURED
     discretization: Discretization = Discretization()
     output: Output = Output()
     storage: Storage = Storage()

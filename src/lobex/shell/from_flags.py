@@ -9,6 +9,7 @@ import numpy as np
 
 from lobex import _checks
 from lobex.shell import arguments
+from lobex.shell.from_measured import modes_measured
 from lobex.shell.values import parse_grid
 
 Parse = Callable[[str, str, str], np.ndarray]
@@ -48,13 +49,18 @@ def process_of(flags: Any) -> Any:
     """The process that the flags describe."""
     import lobex
 
-    if isinstance(flags, arguments.Rub):
-        return lobex.Rub(rod_modes_of(flags)) if flags.blade_file is None else _of_blade_file(flags)
     if isinstance(flags, arguments.Mathieu):
         return lobex.DelayedMathieu(delta=flags.delta, epsilon=flags.epsilon, damping=flags.damping)
+    measured = modes_measured(flags)
+    if measured is not None:
+        _only_measured(flags)
+    if isinstance(flags, arguments.Rub):
+        if flags.blade_file is not None:
+            return _of_blade_file(flags)
+        return lobex.Rub(rod_modes_of(flags) if measured is None else measured)
     if flags.tool_file is not None:
-        return _of_file(flags)
-    modes = _tool_modes(flags.tool)
+        return _of_file(flags, {} if measured is None else {"modes": measured})
+    modes = _tool_modes(flags.tool) if measured is None else measured
     if isinstance(flags, arguments.Turning):
         return lobex.Turning(modes, radial=flags.radial)
     _checks.choice("directions", flags.directions, (1, 2))
@@ -62,7 +68,7 @@ def process_of(flags: Any) -> Any:
     if across and flags.directions == 1:
         named = ", ".join(f"{name}_y" for name in across)
         raise ValueError(f"directions = 1 has no modes across the feed; give --directions 2 or drop {named}")
-    if flags.directions == 2:
+    if flags.directions == 2 and measured is None:
         modes = lobex.Modes.plane(x=modes, y=_tool_modes(flags.tool, across))
     return lobex.Milling(
         modes,
@@ -86,8 +92,22 @@ def _of_blade_file(flags: Any) -> Any:
     return lobex.Rub(**lobex.read_blade(flags.blade_file))
 
 
-def _of_file(flags: Any) -> Any:
-    """The process of a file of a tool, whose flags are left as they come."""
+def _only_measured(flags: Any) -> None:
+    """Refuse flags that tell of modes beside a measurement."""
+    told: dict[str, tuple[str, ...]] = {
+        "rub": ("elements", "damping_ratio", "keep", "young_modulus", "density", "length", "area", "blade_file"),
+        "turning": ("tool",),
+        "milling": ("tool", "across", "directions"),
+    }
+    kinds = {"rub": arguments.Rub, "turning": arguments.Turning, "milling": arguments.Milling}
+    name, kind = next((name, kind) for name, kind in kinds.items() if isinstance(flags, kind))
+    usual: Any = kind()
+    if given := [field for field in told[name] if getattr(flags, field) != getattr(usual, field)]:
+        raise ValueError(f"frf = {flags.measured.file!r} says what flags of {given[0]} say; drop one of the two")
+
+
+def _of_file(flags: Any, others: dict[str, Any]) -> Any:
+    """The process of a file of a tool, whose flags are left as they come, with ``others`` in place of what it says."""
     import lobex
 
     turning = isinstance(flags, arguments.Turning)
@@ -100,7 +120,7 @@ def _of_file(flags: Any) -> Any:
         raise ValueError(f"tool = {flags.tool_file!r} says what flags of {given[0]} say; drop one of the two")
     if getattr(flags, "sensitivity", False):
         raise ValueError(f"tool = {flags.tool_file!r} has no use with --sensitivity; ask lobex.sensitivities")
-    said = lobex.read_tool(flags.tool_file)
+    said = lobex.read_tool(flags.tool_file) | others
     if turning:
         cutter = said.pop("cutter", None)
         return lobex.Turning(**said, diameter=None if cutter is None else cutter.diameter)
