@@ -24,9 +24,11 @@ if TYPE_CHECKING:
     from lobex.marches.delay import march_delay
     from lobex.marches.start import growing_history
     from lobex.marches.turning import simulate_turning
+    from lobex.measured.cuts_file import read_cuts
     from lobex.measured.frf import Frf
     from lobex.measured.frf_file import read_frf
     from lobex.measured.modal_fit import ModalFit
+    from lobex.measured.modes_file import read_modes
     from lobex.motions.forced_motion import orbit
     from lobex.motions.over_grid import orbits
     from lobex.operators.chebyshev import Chebyshev
@@ -148,9 +150,11 @@ _HOME = {
     "next_speed": "advice.next_try",
     "orbit": "motions.forced_motion",
     "read_blade": "processes.blade_file",
+    "read_cuts": "measured.cuts_file",
     "read_dmig": "structures.nastran_dmig",
     "read_frf": "measured.frf_file",
     "read_matrix_market": "structures.matrix_market",
+    "read_modes": "measured.modes_file",
     "read_tool": "processes.tool_file",
     "orbits": "motions.over_grid",
     "recommend": "advice.best_cuts",
@@ -233,9 +237,11 @@ __all__ = [
     "orbit",
     "orbits",
     "read_blade",
+    "read_cuts",
     "read_dmig",
     "read_frf",
     "read_matrix_market",
+    "read_modes",
     "read_tool",
     "recommend",
     "sensitivities",
