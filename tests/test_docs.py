@@ -76,6 +76,8 @@ CLAIMS = {
         and np.isfinite(n["limit"].gain).all()
         and n["band"].relative[0] < 0.01
         and n["low"] < n["found"].gain < n["high"]
+        and np.abs(n["multi_frequency"].gain / n["limit"].gain - 1).max() < 0.05
+        and np.abs(n["zero_order"].gain / n["limit"].gain - 1).max() < 0.05
     ),
     "receptance.md": lambda n: n["off"].max() < 1e-4,
     "milling.md": lambda n: (

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
     from lobex.limits.adaptive import limit_curve
     from lobex.limits.boundary_tracing import boundary
     from lobex.limits.exact_limit import exact_limit, exact_lobes
+    from lobex.limits.multi_frequency import multi_frequency_limit, zero_order_limit
     from lobex.limits.receptance import Receptance
+    from lobex.limits.receptance_matrix import ReceptanceMatrix
     from lobex.limits.sensitivity import sensitivities
     from lobex.marches.delay import march_delay
     from lobex.marches.start import growing_history
@@ -119,6 +121,7 @@ _HOME = {
     "Power": "contact.laws",
     "ProcessDamping": "processes.process_damping",
     "Receptance": "limits.receptance",
+    "ReceptanceMatrix": "limits.receptance_matrix",
     "Recommendation": "results.recommendation",
     "Ring": "structures.ring",
     "Rod": "structures.rod",
@@ -146,6 +149,7 @@ _HOME = {
     "march_delay": "marches.delay",
     "march_wear": "studies.wear_marches",
     "monodromy": "verbs",
+    "multi_frequency_limit": "limits.multi_frequency",
     "multipliers": "verbs",
     "next_speed": "advice.next_try",
     "orbit": "motions.forced_motion",
@@ -162,6 +166,7 @@ _HOME = {
     "simulate_turning": "marches.turning",
     "spectral_radius": "verbs",
     "sweep": "studies.charts",
+    "zero_order_limit": "limits.multi_frequency",
 }
 
 __all__ = [
@@ -204,6 +209,7 @@ __all__ = [
     "Power",
     "ProcessDamping",
     "Receptance",
+    "ReceptanceMatrix",
     "Recommendation",
     "Ring",
     "Rod",
@@ -232,6 +238,7 @@ __all__ = [
     "march_delay",
     "march_wear",
     "monodromy",
+    "multi_frequency_limit",
     "multipliers",
     "next_speed",
     "orbit",
@@ -248,6 +255,7 @@ __all__ = [
     "simulate_turning",
     "spectral_radius",
     "sweep",
+    "zero_order_limit",
 ]
 
 

@@ -1,7 +1,7 @@
 """The receptance at the contact: measured, and interpolated between its samples, or of modes."""
 
 from dataclasses import InitVar
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Inexact, Int, Real
@@ -55,6 +55,8 @@ class Receptance:
     response: Inexact[AnyArray, " points"]
     measured: InitVar[str] = "displacement"
     conjugate: InitVar[bool] = False
+
+    directions: ClassVar[int] = 1
 
     def __post_init__(self, measured: str, conjugate: bool) -> None:
         _checks.choice("measured", measured, MEASURED)
@@ -116,7 +118,7 @@ class SampledCurve:
         lib = namespace(source)
         self.knot = 2 * lib.pi * lib.asarray(source.frequency, dtype=lib.result_type(float))
         stiffness = 1 / lib.asarray(source.response)
-        slope = _slopes(self.knot, stiffness)
+        slope = slopes(self.knot, stiffness)
         self.anchor, self.step = self.knot[:-1], lib.diff(self.knot)
         self.rows = self.anchor.shape[0]
         secant = lib.diff(stiffness) / self.step
@@ -149,7 +151,7 @@ class SampledCurve:
         return namespace(offset).zeros(np.shape(offset), dtype=bool)
 
 
-def _slopes(knot: Real[AnyArray, " points"], value: Complex[AnyArray, " points"]) -> Complex[AnyArray, " points"]:
+def slopes(knot: Real[AnyArray, " points"], value: Complex[AnyArray, " points"]) -> Complex[AnyArray, " points"]:
     """Derivative at each knot of the polynomial through the (at most five) samples around it, (n,)."""
     lib = namespace(knot, value)
     count = knot.shape[0]

@@ -1,7 +1,7 @@
 """Measured frequency responses, as receptances by direction of response and reference."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from lobex import _checks
 from lobex._by_name import by_name
 from lobex.limits.measurement import MEASURED, named
 from lobex.limits.receptance import Receptance
+from lobex.limits.receptance_matrix import ReceptanceMatrix
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -54,7 +55,7 @@ class Frf:
 
     def __post_init__(self) -> None:
         _checks.choice("measured", self.measured, MEASURED)
-        frequency = _checks.grid("frequency", self.frequency, "Hz")
+        frequency = _checks.grid("frequency", self.frequency, "Hz") if np.size(self.frequency) else np.zeros(0)
         _checks.positive("frequency", frequency, "Hz")
         if len(frequency) < _LEAST:
             raise ValueError(f"frequency has {len(frequency)} lines above 0 Hz; give at least {_LEAST}")
@@ -123,6 +124,17 @@ class Frf:
             )
         return self._values(*pair)
 
+    def between(self, low: float, high: float) -> "Frf":
+        """The lines from ``low`` to ``high``, Hz, such as those with coherence.
+
+        Raises:
+            ValueError: for ends that are not increasing, and fewer than 8 lines between them.
+        """
+        ends = _checks.grid("low, high", [low, high], "Hz")
+        inside = (self.frequency >= ends[0]) & (self.frequency <= ends[1])
+        coherence = None if self.coherence is None else self.coherence[inside]
+        return replace(self, frequency=self.frequency[inside], matrix=self.matrix[inside], coherence=coherence)
+
     def receptance(self, response: str | None = None, reference: str | None = None) -> Receptance:
         """The samples of one pair as a ``Receptance``, from which limits come without any fit; names as of ``values``.
 
@@ -133,6 +145,27 @@ class Frf:
             LobexWarning: where they cannot be those of a driving point.
         """
         return Receptance(self.frequency, self.values(response, reference))
+
+    def receptance_matrix(self) -> ReceptanceMatrix:
+        """All driving points with what links them, for limits of milling without a fit.
+
+        A cross receptance that was measured one way alone stands for both, as in any structure that does not turn; one
+        that was not measured is zero.
+
+        Raises:
+            ValueError: without a driving point, and for samples of one that are zero.
+        """
+        names = sorted(self.driving_points)
+        if not names:
+            raise ValueError(
+                f"there is no driving point among {self._named()}; measure force and response in one direction"
+            )
+        matrix = np.zeros((len(self.frequency), len(names), len(names)), complex)
+        for i, response in enumerate(names):
+            for j, reference in enumerate(names):
+                pair = next((p for p in ((response, reference), (reference, response)) if p in self.pairs), None)
+                matrix[:, i, j] = 0 if pair is None else self._values(*pair)
+        return ReceptanceMatrix(self.frequency, matrix)
 
     def modes(self, order: int | None = None, band: Sequence[float] | None = None, real: bool = True) -> "Modes":
         """The modes that ``fit`` finds, without its report."""

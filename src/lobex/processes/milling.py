@@ -56,7 +56,8 @@ class Milling:
     is like another.
 
     Attributes:
-        modes: the tool's modes, r = 1, 2 or 3 directions.
+        modes: the tool's modes, r = 1, 2 or 3 directions; or a measured ``Receptance`` or ``ReceptanceMatrix``, which
+            ``zero_order_limit`` and ``multi_frequency_limit`` take.
         cutter: a ``Cutter``, or the number of its teeth, which are straight and at equal angles then.
         tangential: tangential specific cutting force K_t, N/m².
         normal: normal (radial) specific cutting force K_n, N/m².
@@ -252,6 +253,7 @@ class Milling:
     def system(self, speed: Number, gain: Number) -> DelaySystem:
         """The delay system at one spindle speed (revolutions per second) and one depth of cut (m)."""
         check_point(self, speed, gain)
+        check_modes(self.modes, over_speed=True)
         teeth = list(teeth_of(self, gain))
         cuts = [term for tooth in teeth for term in (*tooth.cuts(), *tooth.steps())]
         cuts += standing(self, teeth)
@@ -332,7 +334,7 @@ def _check(process: Milling) -> float | None:
         _checks.scalar("feed_per_tooth", process.feed_per_tooth)
     check_damping(process.process_damping, process.cutter.diameter, process.modes)
     check_variation(process.speed_variation)
-    check_modes(process.modes, over_speed=True)
+    check_modes(process.modes, measured=True, over_speed=True)
     if process.modes.directions not in (1, 2, 3):
         raise ValueError(f"modes has {process.modes.directions} contact directions; milling takes 1, 2 or 3")
     return arc_of(process)

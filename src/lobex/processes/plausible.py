@@ -64,7 +64,8 @@ def passes_per_period(process: Any, speed: np.ndarray, fastest: bool = False) ->
     else:
         # Of a measurement, the resonance that takes in most power, whatever its sign of time; a magnitude has none.
         lines = np.asarray(getattr(modes, "frequency", None))
-        power = np.abs(lines * np.imag(np.asarray(response)))
+        samples = np.asarray(response)
+        power = np.abs(lines * np.imag(samples if samples.ndim == 1 else np.trace(samples, axis1=1, axis2=2)))
         if not np.any(power):
             return None
         first = float(lines[np.argmax(power)])

@@ -298,7 +298,8 @@ def check_modes(modes: Any, measured: bool = False, over_speed: bool = False) ->
     if table:
         hint = "modes over speed serve processes alone; give those at one speed, by at(speed)"
     elif hasattr(modes, "response"):
-        hint = "a measured receptance serves exact_limit alone; give lobex.Modes"
+        hint = "a measured receptance serves exact_limit and, of milling, zero_order_limit and "
+        hint += "multi_frequency_limit); give lobex.Modes"
     elif hasattr(modes, "driving_points"):
         hint = "it is measured; give the modes fitted to it, by modes()"
     else:
