@@ -3,6 +3,7 @@
 import warnings
 
 import jax
+import matplotlib
 import numpy as np
 import pytest
 from jaxtyping import TypeCheckError, install_import_hook
@@ -13,6 +14,7 @@ install_import_hook("lobex", "beartype.beartype(conf=beartype.BeartypeConf(is_pe
 import lobex
 from lobex.floquet.power import pair_by_squaring
 from lobex.systems.system import DelaySystem
+from tap_test import FREQUENCY, RECEPTANCE, noisy
 
 SPEED, GAIN = np.array([60.0, 90.0]), np.array([1e5, 4e5])
 SIX = lobex.Duhamel(nodes=6)
@@ -53,6 +55,17 @@ def limits():
     lobex.sensitivities(RUB, SPEED)
 
 
+def measured():
+    frf = lobex.Frf(FREQUENCY, noisy(RECEPTANCE, 0.01), ("x", "y"), ("x", "y"))
+    frf.fit(order=2, real=False).plot()
+    fit = frf.fit()
+    repr(fit), fit.plot_stabilisation(), frf.between(100.0, 900.0).plot()
+    for modes in (frf.receptance_matrix(), frf.receptance("x"), fit.modes):
+        process = lobex.Milling(modes, 4, 6e8, 2e8, 0.5, "down")
+        lobex.zero_order_limit(process, 80.0)
+        lobex.multi_frequency_limit(process, 80.0)
+
+
 def marches():
     lobex.orbit(MILLING, 150.0, 1e-4, SIX)
     lobex.march_delay(RUB, 60.0, 1e5, lambda t: 1e-6 * np.cos(500 * t), 2, 300)
@@ -70,8 +83,9 @@ def refusals():
 
 
 if __name__ == "__main__":
-    # Of so few nodes.
-    warnings.simplefilter("ignore", lobex.SweepWarning)
-    for part in (multipliers, charts, limits, marches, refusals):
+    matplotlib.use("Agg")
+    # Of so few nodes, and of modes that are not complex.
+    warnings.simplefilter("ignore", lobex.LobexWarning)
+    for part in (multipliers, charts, limits, measured, marches, refusals):
         part()
         print(part.__name__)

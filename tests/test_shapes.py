@@ -17,7 +17,7 @@ def test_shapes_are_true_of_what_every_verb_calls():
     script = Path(__file__).with_name("checked_shapes.py")
     run = subprocess.run([sys.executable, script], capture_output=True, text=True, timeout=500)
     assert run.returncode == 0, run.stderr[-3000:]
-    assert run.stdout.split() == ["multipliers", "charts", "limits", "marches", "refusals"]
+    assert run.stdout.split() == ["multipliers", "charts", "limits", "measured", "marches", "refusals"]
 
 
 def shapeless(tree):

@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 
 import jax
 import numpy as np
-from jaxtyping import Real
+from jaxtyping import Complex, Real
 
 # Of NumPy where numbers are at hand, of JAX where they are traced.
 AnyArray: TypeAlias = jax.Array | np.ndarray[Any, Any]
@@ -17,3 +17,5 @@ Number: TypeAlias = int | float | Real[jax.Array, ""] | Real[np.ndarray, ""]
 Numbers: TypeAlias = int | float | Real[jax.Array, "..."] | Real[np.ndarray, "..."]
 # The same as verbs are given them, lists included.
 ArrayLike: TypeAlias = Numbers | list[Any] | tuple[Any, ...]
+# Complex numbers, too.
+ComplexLike: TypeAlias = ArrayLike | complex | Complex[jax.Array, "..."] | Complex[np.ndarray, "..."]

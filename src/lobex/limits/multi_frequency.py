@@ -177,7 +177,7 @@ def _harmonics(process: Milling, most: int) -> Complex[np.ndarray, "k r r"]:
         # Each node sees less than a wave.
         nodes, weights = np.polynomial.legendre.leggauss(24 + 4 * most)
         phase = start + length * (nodes + 1) / 2
-        force = np.asarray(tooth.force.within(start + length / 2, phase))
+        force = np.asarray(tooth.force.within(np.asarray(start + length / 2), phase))
         wave = np.exp(-2j * np.pi * order[:, None] * phase) * weights * length / 2
         total = total + (0 if piece.idle is True else np.einsum("kp,pij->kij", wave, force))
     return np.asarray(total)

@@ -85,7 +85,7 @@ class MatrixCurve:
             for i in range(self.directions)
         ]
 
-    def __call__(self, omega: Float[np.ndarray, " k"]) -> Complex[np.ndarray, "k r r"]:
+    def __call__(self, omega: Float[np.ndarray, " *k"]) -> Complex[np.ndarray, "*k r r"]:
         """G at frequencies of either sign, zero above the band, and below it the mean real part of its first lines."""
         size = np.abs(omega)
         if isinstance(self.source, Modes):

@@ -9,7 +9,7 @@ _ARC = 0.95
 
 def poles_by_order(
     frequency: Float[np.ndarray, " n"], response: Complex[np.ndarray, "n m"], most: int
-) -> list[Complex[np.ndarray, " k"]]:
+) -> list[Complex[np.ndarray, "..."]]:
     """The poles of one denominator for all responses, of orders 1 to ``most``; those in the band that die out.
 
     Every response is a fraction of polynomials in z = e^{jω′Δt}, with ω′ counted from the band's lower end and Δt so

@@ -39,7 +39,7 @@ class Stabilisation(NamedTuple):
         return -np.real(self.pole) / np.abs(self.pole)
 
 
-def stabilised(poles: list[Complex[np.ndarray, " k"]]) -> Stabilisation:
+def stabilised(poles: list[Complex[np.ndarray, "..."]]) -> Stabilisation:
     """Follow poles from order to order, each to the nearest of the next; tracks that break are joined."""
     ended: list[list[tuple[int, complex]]] = []
     tracks: list[list[tuple[int, complex]]] = []
@@ -60,7 +60,7 @@ def stabilised(poles: list[Complex[np.ndarray, " k"]]) -> Stabilisation:
     for track in long:
         for other in whole:
             here = {order for order, _ in other}
-            alike = _apart(np.array(_middle(track)), np.array(_middle(other))) < 1
+            alike = _apart(np.array([_middle(track)]), np.array([_middle(other)]))[0] < 1
             if alike and here.isdisjoint(order for order, _ in track):
                 other += track
                 break
@@ -84,7 +84,7 @@ def _middle(track: list[tuple[int, complex]]) -> complex:
     return complex(np.median(np.real(upper)), np.median(np.imag(upper)))
 
 
-def _apart(one: Complex[np.ndarray, "..."], other: Complex[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
+def _apart(one: Complex[np.ndarray, "*a"], other: Complex[np.ndarray, "*b"]) -> Float[np.ndarray, "*c"]:
     """How far two poles are apart, in what is allowed from order to order."""
     size, ratio = np.abs(one), -np.real(one) / np.abs(one)
     further, other_ratio = np.abs(other), -np.real(other) / np.abs(other)

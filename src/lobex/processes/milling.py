@@ -104,7 +104,7 @@ class Milling:
 
     def __init__(
         self,
-        modes: AnyModes,
+        modes: Any,
         cutter: Cutter | int | None = None,
         tangential: Any = None,
         normal: Any = None,

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from lobex import _checks
-from lobex._shapes import AnyArray, ArrayLike
+from lobex._shapes import AnyArray, ComplexLike
 
 # Of the largest pole: what rounding leaves of an imaginary part.
 _REAL = 1e-12
@@ -74,7 +74,7 @@ def of_poles(
     return Quadrature(*(part[..., order].T for part in parts))
 
 
-def of_residues(pole: ArrayLike, residue: ArrayLike) -> Quadrature:
+def of_residues(pole: ComplexLike, residue: ComplexLike) -> Quadrature:
     """The modes of one pole of each pair, (n,), rad/s, and its residue at the contact, (n,) or (n, r, r)."""
     poles: Any = np.atleast_1d(np.asarray(pole, dtype=complex))
     residues: Any = np.asarray(residue, dtype=complex)

@@ -10,7 +10,7 @@ from jaxtyping import Float, Real
 
 from lobex import _checks
 from lobex._pytree import pytree
-from lobex._shapes import AnyArray, ArrayLike, Number
+from lobex._shapes import AnyArray, ArrayLike, ComplexLike, Number
 from lobex.structures.complex_modes import of_residues
 from lobex.structures.contact_shapes import SHAPES, in_contact, together
 from lobex.structures.contact_vectors import contact_vectors
@@ -152,7 +152,7 @@ class Modes:
         return cls(*table_of(frequency, damping_ratio, mass, stiffness, direction))
 
     @classmethod
-    def from_poles(cls, pole: ArrayLike, residue: ArrayLike) -> "Modes":
+    def from_poles(cls, pole: ComplexLike, residue: ComplexLike) -> "Modes":
         """Complex modes, as a modal test fits them: G(s) = Σ R/(s − λ) + R̄/(s − λ̄).
 
         Args:
