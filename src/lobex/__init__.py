@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from lobex.characteristic.method import CharacteristicRoots
     from lobex.contact.casing import Casing
     from lobex.contact.laws import Bilinear, Cubic, KelvinVoigt, Linear, Plastic, Power, Threshold
+    from lobex.contact.laws import Cubic, Linear, Plastic, Power, Threshold
+    from lobex.explorer.notebook import explore
     from lobex.files import load
     from lobex.grids.choice import Auto
     from lobex.limits.adaptive import limit_curve
@@ -143,6 +145,7 @@ _HOME = {
     "critical_speeds": "results.spectrum_map",
     "exact_limit": "limits.exact_limit",
     "exact_lobes": "limits.exact_limit",
+    "explore": "explorer.notebook",
     "growing_history": "marches.start",
     "limit_curve": "limits.adaptive",
     "load": "files",
@@ -232,6 +235,7 @@ __all__ = [
     "critical_speeds",
     "exact_limit",
     "exact_lobes",
+    "explore",
     "growing_history",
     "limit_curve",
     "load",

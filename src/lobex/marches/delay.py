@@ -13,7 +13,7 @@ from lobex._shapes import AnyArray, ArrayLike, Number
 from lobex._timing import timed
 from lobex.marches.growth_fit import MOST_PERIODS, fit_growth
 from lobex.marches.linear import Marched, march_system, steps_ahead, steps_back
-from lobex.marches.march_lanes import check_length, check_steps, lanes_of, warn_of_lost_lanes
+from lobex.marches.march_lanes import check_length, check_steps, lanes_of, steps_needed, warn_of_lost_lanes
 from lobex.marches.start import History, sample_history, starting_state
 from lobex.processes.process import Process, check_process
 from lobex.processes.quantity import quantity_of
@@ -126,6 +126,16 @@ def march_delay(
         seconds=spent.seconds,
         compiling=spent.compiling,
     )
+
+
+def fewest_steps(process: Process, speed: float, gain: float) -> int:
+    """The fewest steps per period with which ``march_delay`` marches at a point."""
+    speeds, gains = lanes_of(process, [speed], [gain])
+    with at_once():
+        system = jax.tree.map(np.asarray, _systems(widened(process), speeds, gains))
+        needed = steps_needed(system, np.asarray(_stiffness(system)))[0]
+    delay = np.ceil(1 / system.shortest) if system.shortest else 1
+    return int(max(needed[0], delay, 3))
 
 
 def _check_delays(system: DelaySystem, steps: int) -> None:

@@ -40,16 +40,23 @@ def check_steps(name: str, system: DelaySystem, stiffness: np.ndarray, speeds: n
         speeds: (lanes,).
         steps: steps per period.
     """
-    first, fed = fastest_fed(system, stiffness)
-    fastest = np.maximum(first, fed)
-    needed = np.ceil(STEPS_PER_WAVE / (2 * np.pi) * fastest * system.period)
+    needed, fastest, of_first = steps_needed(system, stiffness)
     worst = int(np.argmax(needed))
     if steps < needed[worst]:
-        whose = "first mode" if fed[worst] <= first[worst] else "fastest vibration that the contact can feed"
+        whose = "first mode" if of_first[worst] else "fastest vibration that the contact can feed"
         raise ValueError(
             f"{name} = {steps} is too few at speed = {speeds[worst]:.6g} Hz; give {needed[worst]:.0f} or more, "
             f"{STEPS_PER_WAVE} per wave of the {whose} ({fastest[worst] / (2 * np.pi):.6g} Hz)"
         )
+
+
+def steps_needed(system: DelaySystem, stiffness: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The fewest steps per period of ``check_steps``, the ω that asks for them, rad/s, and whether it is that of the
+    first mode, (lanes,) each.
+    """
+    first, fed = fastest_fed(system, stiffness)
+    fastest = np.maximum(first, fed)
+    return np.ceil(STEPS_PER_WAVE / (2 * np.pi) * fastest * system.period), fastest, fed <= first
 
 
 def check_length(lanes: int, periods: int, steps: int, kept: float) -> None:

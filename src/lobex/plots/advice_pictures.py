@@ -20,7 +20,7 @@ _BINDING = {
     Binding.LOCATION_ERROR: ("#0b7a75", "^"),
     Binding.RANGE: ("0.5", "v"),
 }
-_OUTCOME = {
+OUTCOMES = {
     Outcome.QUIET_AS_SAID: ("#0b7a75", "o"),
     Outcome.CHATTER_AS_SAID: ("#0b7a75", "X"),
     Outcome.CHATTER_BELOW_THE_LIMIT: ("#c8102e", "X"),
@@ -56,7 +56,7 @@ def plot_comparison(found: "Comparison", ax: "Axes | None", speed_unit: str | No
     factor, label = speed_axis(found.speed_unit if speed_unit is None else speed_unit)
     ax = one_of(ax, 7.0, 4.4)
     speed, gain = found.speed * factor, found.gain / found.quantity.scale
-    for outcome, (colour, marker) in _OUTCOME.items():
+    for outcome, (colour, marker) in OUTCOMES.items():
         here = found.outcome_code == outcome
         if here.any():
             words = f"{outcome.words}: {here.sum()}"

@@ -21,8 +21,8 @@ NAME = {Kind.HOPF: "Hopf (complex pair)", Kind.FLIP: "flip (μ = −1)", Kind.FO
 # Of modes, and of waves around the disc, one after the other: Okabe and Ito's, which colour-blind people tell apart.
 _LABELLED = ("#12436d", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#5d3a9b", "#7a7a7a")
 _MARKER = {Kind.HOPF: "o", Kind.FLIP: "s", Kind.FOLD: "^"}
-_STABLE = "#d6e6f2"
-_BAND = "#e0a458"
+STABLE = "#d6e6f2"
+BAND = "#e0a458"
 
 Band = tuple[np.ndarray, np.ndarray, str]
 
@@ -107,7 +107,7 @@ def _draw_gain(
         _shade(ax, speed, limit.intervals[order] / limit.quantity.scale)
     if band is not None:
         low, high = (edge[order] / limit.quantity.scale for edge in band[:2])
-        ax.fill_between(speed, low, high, color=_BAND, alpha=0.75, linewidth=0, label=band[2])
+        ax.fill_between(speed, low, high, color=BAND, alpha=0.75, linewidth=0, label=band[2])
     ax.plot(speed, gain, color="0.25", linewidth=0.8)
     for here, style, name in groups(limit, order):
         ax.plot(speed[here], gain[here], label=name, **style)
@@ -149,7 +149,7 @@ def _shade(axes: "Axes", speed: np.ndarray, intervals: np.ndarray) -> None:
         x = np.r_[edges[start], speed[start:stop], edges[stop]]
         for k in range(count[start]):
             low, high = (np.pad(intervals[start:stop, k, end], 1, mode="edge") for end in (0, 1))
-            axes.fill_between(x, low, high, color=_STABLE, linewidth=0, label=label)
+            axes.fill_between(x, low, high, color=STABLE, linewidth=0, label=label)
             label = None
 
 

@@ -42,6 +42,8 @@ def _chosen() -> Callable[[], None]:
     from lobex.shell.arguments import Lobes
     from lobex.shell.cut_arguments import Orbit, Recommend
     from lobex.shell.cut_command import run_orbit, run_recommend
+    from lobex.shell.explore_arguments import Explore
+    from lobex.shell.explore_command import run_explore
     from lobex.shell.limit_arguments import Limit
     from lobex.shell.limit_command import run_limit
     from lobex.shell.lobes_command import run_lobes
@@ -62,6 +64,7 @@ def _chosen() -> Callable[[], None]:
         Orbit: run_orbit,
         Recommend: run_recommend,
         Wear: run_wear,
+        Explore: run_explore,
         Reproduce: run_reproduce,
         Store: run_store,
     }

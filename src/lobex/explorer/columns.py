@@ -1,0 +1,122 @@
+"""What is drawn of a limit, as columns of numbers in the units of the axes."""
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from lobex.explorer.curves import Predicted
+from lobex.plots.frame import speed_axis
+from lobex.processes.quantity import Quantity
+from lobex.results.band import Band
+from lobex.results.codes import Kind
+from lobex.results.limit import Limit
+from lobex.results.sensitivities import Sensitivities
+
+KINDS = (Kind.HOPF, Kind.FLIP, Kind.FOLD)
+DEVIATIONS = 2.0
+"""Of a band, on either side."""
+_MOST_BARS = 12
+
+Columns = dict[str, np.ndarray]
+
+
+def limit_columns(limit: Limit, band: Band | None = None) -> Columns:
+    """Speed, gain and chatter frequency, the same by kind (NaN of other kinds), codes, and the edges of a band."""
+    scale, size = speed_axis(limit.speed_unit)[0], limit.quantity.scale
+    order = np.argsort(limit.speed)
+    gain, frequency = np.asarray(limit.gain)[order] / size, np.asarray(limit.chatter_frequency)[order]
+    kinds, lobe = np.asarray(limit.kind_code)[order], limit.lobe[order]
+    columns = {
+        "speed": limit.speed[order] * scale,
+        "gain": gain,
+        "frequency": frequency,
+        "kind": kinds.astype(np.int32),
+        "status": np.asarray(limit.status_code)[order].astype(np.int32),
+        "lobe": lobe.astype(np.int32),
+    }
+    for kind in KINDS:
+        here = kinds == kind
+        # A line goes on to where the next kind begins.
+        reached = here | np.r_[False, here[:-1]]
+        columns[kind.words] = np.where(reached, gain, np.nan)
+        columns[f"frequency_{kind.words}"] = np.where(here, frequency, np.nan)
+    edges = (gain, gain) if band is None else (edge[order] / size for edge in band.interval(DEVIATIONS))
+    columns |= dict(zip(("low", "high"), edges, strict=True))
+    return columns
+
+
+def predicted_columns(found: Predicted | Limit, speed_unit: str, quantity: Quantity) -> Columns:
+    """Of a prediction, or of a first look, the line."""
+    order = np.argsort(found.speed)
+    speed, gain = found.speed[order] * speed_axis(speed_unit)[0], np.asarray(found.gain)[order] / quantity.scale
+    return {"speed": speed, "gain": gain}
+
+
+def stable_columns(limit: Limit) -> dict[str, list[Any]]:
+    """The stable region as polygons, xs and ys, each a list of lists.
+
+    Speeds with as many stable intervals as the one before belong to a polygon for each; between speeds with different
+    numbers of them it ends in the middle.
+    """
+    order = np.argsort(limit.speed)
+    speed = limit.speed[order] * speed_axis(limit.speed_unit)[0]
+    low, high = np.moveaxis(np.asarray(limit.intervals)[order] / limit.quantity.scale, 2, 0)
+    count = np.sum(np.isfinite(low) & np.isfinite(high), axis=1)
+    middles = np.r_[speed[0], (speed[1:] + speed[:-1]) / 2, speed[-1]]
+    xs, ys = [], []
+    for start, stop in pairwise(np.r_[0, np.flatnonzero(np.diff(count)) + 1, len(speed)].tolist()):
+        x = np.r_[middles[start], speed[start:stop], middles[stop]]
+        for k in range(count[start]):
+            lower, upper = (np.pad(edge[start:stop, k], 1, mode="edge") for edge in (low, high))
+            xs.append(np.r_[x, x[::-1]])
+            ys.append(np.r_[lower, upper[::-1]])
+    return {"xs": xs, "ys": ys}
+
+
+def lobe_columns(limit: Limit) -> dict[str, Any]:
+    """The number of each lobe at its lowest point."""
+    columns = limit_columns(limit)
+    speed, gain, lobe = (columns[name] for name in ("speed", "gain", "lobe"))
+    places = []
+    for number in np.unique(lobe[lobe >= 0]):
+        here = np.flatnonzero((lobe == number) & np.isfinite(gain))
+        if here.size:
+            lowest = here[np.argmin(gain[here])]
+            # At an end of the picture its lowest point may lie outside.
+            if 0 < lowest < len(speed) - 1:
+                places.append((speed[lowest], gain[lowest], str(number)))
+    spread = 0.025 * (speed[-1] - speed[0])
+    kept: list[tuple[float, float, str]] = []
+    for place in sorted(places):
+        if not kept or place[0] - kept[-1][0] > spread:
+            kept.append(place)
+    return {name: [place[i] for place in kept] for i, name in enumerate(("speed", "gain", "number"))}
+
+
+def bar_columns(table: Sensitivities, speed: float | None) -> tuple[dict[str, Any], float]:
+    """d ln K/d ln p at the speed nearest to one, Hz, or at the lowest limit; and that speed."""
+    limit = table.limit
+    there = np.isfinite(np.asarray(limit.gain))
+    if not there.any():
+        return {"name": [], "size": [], "text": []}, np.nan
+    away = np.asarray(limit.gain) if speed is None else np.abs(limit.speed - speed)
+    lane = int(np.argmin(np.where(there, away, np.inf)))
+    sizes = np.nan_to_num(table.logarithmic[lane])
+    chosen = [i for i in np.argsort(-np.abs(sizes), kind="stable")[:_MOST_BARS] if abs(sizes[i]) >= 5e-4]
+    shown = {
+        "name": [in_words(table.names[i]) for i in chosen],
+        "size": [float(sizes[i]) for i in chosen],
+        "text": [f"{sizes[i]:+.3f}" for i in chosen],
+    }
+    return shown, float(limit.speed[lane])
+
+
+def in_words(name: str) -> str:
+    """ "frequency[0]" as "frequency, mode 1"; of numbers of a tooth, "tooth 1"."""
+    stem, _, index = name.partition("[")
+    if not index:
+        return stem.replace("_", " ")
+    whose = "tooth" if stem in ("pitch_degrees", "helix_degrees", "runout") else "mode"
+    words = stem.removesuffix("_degrees").replace("_", " ")
+    return f"{words}, {whose} {int(index.rstrip(']')) + 1}"

@@ -1,0 +1,307 @@
+"""The sheets beside the diagram: the point, what matters, advice, and files in and out."""
+
+import io
+from dataclasses import replace
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import panel as pn
+
+from lobex.advice.next_try import next_speed
+from lobex.explorer.columns import in_words
+from lobex.explorer.files_read import MOST_BYTES, read_model
+from lobex.explorer.files_taken import picture, saved
+from lobex.explorer.point_figures import bars, point_figures
+from lobex.explorer.recipes import process_of
+from lobex.explorer.report import report_of
+from lobex.explorer.script import script_of
+from lobex.explorer.state import Measured
+from lobex.explorer.tried_cuts import Cuts, cuts_of_text, outcomes
+from lobex.plots.frame import speed_axis
+from lobex.results.codes import Outcome
+from lobex.results.next_speeds import NextSpeeds
+from lobex.results.units import shown_gain, shown_speed
+
+if TYPE_CHECKING:
+    from lobex.explorer.page import Explorer
+
+_WIDE = 440
+_CUTS = "rpm, mm, chatter\n12000, 1.0, 0\n14500, 2.5, 1"
+
+
+class Sheets:
+    """All sheets of a page.
+
+    Attributes:
+        tabs: the sheets.
+        taken: what is downloaded, by its ending: functions that make bytes.
+    """
+
+    def __init__(self, page: "Explorer") -> None:
+        self._page = page
+        self.cuts: Cuts | None = None
+        self.figures = point_figures()
+        self.bars = bars(page.quantity)
+        self._about = pn.pane.HTML("Click at a point of the diagram.", width=_WIDE, name="about the point")
+        self._of_bars = pn.pane.HTML("", width=_WIDE)
+        self._deviations = pn.Column(margin=0, width=_WIDE)
+        self._named: tuple[str, ...] = ()
+        drawn = (self.figures.motion, self.figures.spectrum, self.figures.samples)
+        self._of_point = pn.Column(*drawn, width=_WIDE, visible=False, margin=0)
+        point = pn.Column(self._about, self._of_point, width=_WIDE)
+        matter = pn.Column(self._of_bars, self.bars.figure, self._deviations, width=_WIDE)
+        self.tabs = pn.Tabs(
+            ("Point", point),
+            ("What matters", matter),
+            ("Advice", self._advice()),
+            ("Files", self._files()),
+            width=_WIDE + 20,
+        )
+
+    def limit_changed(self) -> None:
+        """Say of cuts what the new limit says."""
+        if self.cuts is not None:
+            self._judge()
+
+    def slopes_changed(self) -> None:
+        """Draw bars, and a field for the deviation of every number that there is."""
+        page = self._page
+        assert page.slopes is not None
+        at = self.bars.show(page.slopes.table, None if page.state.point is None else page.state.point.speed)
+        where = "the clicked speed" if page.state.point is not None else "the lowest limit"
+        shown = "no limit" if np.isnan(at) else shown_speed(at, page.speed_unit)
+        self._of_bars.object = f"Percent of limit per percent of a number, at {where}: {shown}."
+        names = tuple(name for name, _ in page.slopes.recipe.numbers if name in self._moving())
+        if names != self._named:
+            self._named = names
+            fields = [self._deviation(name) for name in names]
+            rows = [pn.Row(*fields[i : i + 3], margin=0) for i in range(0, len(fields), 3)]
+            self._deviations.objects = [
+                pn.pane.HTML("<b>Relative standard deviations</b>, percent, for the band:"),
+                *rows,
+            ]
+
+    def point_asked(self) -> None:
+        """Say that the point is being marched."""
+        self._about.object = "marching …"
+        self.tabs.active = 0
+        if self._page.slopes is not None:
+            self.slopes_changed()
+
+    def point_changed(self) -> None:
+        """Show what was found at the point."""
+        there, page = self._page.there, self._page
+        assert there is not None
+        self.figures.show(there)
+        self._of_point.visible = True
+        stable = there.radius < 1
+        colour = "#12436d" if stable else "#c8500a"
+        lines = [
+            f"<b>{shown_speed(there.speed, page.speed_unit)}, {shown_gain(there.gain, page.quantity)}</b>: "
+            f'<b style="color:{colour}">{"stable" if stable else "unstable"}</b>, max|μ| = {there.radius:.6g}',
+            f"the march grows by {float(there.march.growth):.6g} per period, fitted to "
+            f"{float(there.march.growth_error):.1e} ({there.march.steps_per_period} steps)",
+        ]
+        if there.orbit is not None:
+            error = there.location_error
+            lines.append(f"periodic motion: {there.orbit.status}")
+            if error is not None:
+                shown = ", ".join(f"{1e6 * each:+.3f}" for each in error)
+                lines.append(f"surface location error: <b>{shown} µm</b>" + (" by tooth" if len(error) > 1 else ""))
+            else:
+                lines.append("a location error takes modes across the feed, too")
+        self._about.object = "<br>".join(lines)
+
+    def _moving(self) -> set[str]:
+        """The numbers that the limit depends on."""
+        page = self._page
+        assert page.slopes is not None
+        table = page.slopes.table
+        size = np.nanmax(np.abs(np.nan_to_num(table.logarithmic)), axis=0)
+        return {name.partition("[")[0] for name, most in zip(table.names, size, strict=True) if most > 1e-9}
+
+    def _deviation(self, name: str) -> Any:
+        known = dict(self._page.state.deviation)
+        made = pn.widgets.FloatInput(
+            label=in_words(name),
+            value=100 * known.get(name, 0.0),
+            start=0.0,
+            end=100.0,
+            step=1.0,
+            width=135,
+            margin=(2, 5),
+        )
+
+        def moved(event: Any) -> None:
+            def to(state: Any) -> Any:
+                others = [pair for pair in state.deviation if pair[0] != name]
+                value = [(name, event.new / 100)] if event.new else []
+                return replace(state, deviation=tuple(sorted(others + value)))
+
+            self._page.change(to)
+
+        made.param.watch(moved, "value")
+        return made
+
+    def _advice(self) -> Any:
+        page = self._page
+        heard = pn.widgets.FloatInput(
+            label="chatter frequency that was heard (Hz)", value=page.state.heard, start=0.0, width=250
+        )
+        self._speeds = pn.pane.HTML("", width=_WIDE, name="next speeds")
+        heard.param.watch(lambda event: self._hear(event.new), "value")
+        self._text = pn.widgets.TextAreaInput(
+            label="cuts: speed, gain, chatter", placeholder=_CUTS, height=130, width=_WIDE - 40
+        )
+        shown = pn.widgets.Button(label="hold them against the limit", width=220)
+        shown.on_click(lambda _: self.take_cuts(self._text.value))
+        file = pn.widgets.FileInput(accept=".csv,.txt", width=_WIDE - 60)
+        file.param.watch(lambda event: self._cuts_of_file(event.new), "value")
+        self._score = pn.pane.HTML("", width=_WIDE, name="score")
+        title = "<b>{}</b>"
+        return pn.Column(
+            pn.pane.HTML(title.format("Next speed")),
+            heard,
+            self._speeds,
+            pn.pane.HTML(title.format("Cuts that were made")),
+            self._text,
+            shown,
+            file,
+            self._score,
+            width=_WIDE,
+        )
+
+    def _hear(self, frequency: float | None) -> None:
+        page = self._page
+        page.change(lambda state: replace(state, heard=frequency or None))
+        if not frequency:
+            self._speeds.object = ""
+            page.figures.show_next(np.zeros(0))
+            return
+        state, response = page.state, page.response
+
+        def work() -> Any:
+            view, passes = state.view, getattr(process_of(state, response), "passes", 1)
+            process = None if isinstance(state.structure, Measured) else process_of(state)
+            bounds = None if process is None else (view.gain_low, view.gain_high)
+            ends = (view.speed_low, view.speed_high)
+            found = next_speed(frequency, passes, speed=ends, process=process, bounds=bounds)
+            page._post(lambda: self._show_speeds(found))
+            yield
+
+        page.worker.ask("advice", work)
+
+    def _show_speeds(self, found: NextSpeeds) -> None:
+        page = self._page
+        rows = "".join(
+            f"<tr><td>{lobe:.0f}</td><td>{shown_speed(speed, page.speed_unit)}</td><td>"
+            f"{shown_gain(limit, page.quantity, 4) if np.isfinite(limit) else escape(str(status))}</td></tr>"
+            for lobe, speed, limit, status in zip(found.lobe, found.speed, found.limit, found.status, strict=True)
+        )
+        self._speeds.object = f"<table><tr><th>waves</th><th>speed</th><th>limit there</th></tr>{rows}</table>"
+        page.figures.show_next(found.speed * speed_axis(page.speed_unit)[0])
+
+    def _cuts_of_file(self, content: bytes | None) -> None:
+        if content is not None:
+            if len(content) > MOST_BYTES:
+                self._page.say(f"the file has {len(content)} bytes; give one of up to {MOST_BYTES}")
+                return
+            self.take_cuts(content.decode("utf-8", errors="replace"))
+
+    def take_cuts(self, text: str) -> None:
+        """Overlay the cuts of a text."""
+        page = self._page
+        try:
+            self.cuts = cuts_of_text(text, page.speed_unit, page.quantity)
+        except ValueError as error:
+            page.say(str(error))
+            return
+        page.say("")
+        self._judge()
+
+    def _judge(self) -> None:
+        page, cuts = self._page, self.cuts
+        assert cuts is not None
+        state = page.state
+        if isinstance(state.structure, Measured):
+            page.say("cuts are held against modes; a measured response tells of limits alone")
+            return
+
+        def work() -> Any:
+            told = outcomes(cuts, process_of(state))
+            page._post(lambda: self._show_cuts(told))
+            yield
+
+        page.worker.ask("advice", work)
+
+    def _show_cuts(self, told: np.ndarray) -> None:
+        page = self._page
+        page.figures.show_cuts(self.cuts, told, page.speed_unit, page.quantity)
+        counts = [(outcome, int(np.sum(told == outcome))) for outcome in Outcome]
+        hits = sum(count for outcome, count in counts if outcome in (Outcome.QUIET_AS_SAID, Outcome.CHATTER_AS_SAID))
+        rows = "".join(f"<tr><td>{outcome.words}</td><td>{count}</td></tr>" for outcome, count in counts if count)
+        self._score.object = f"<b>{hits} of {len(told)}</b> as the limit says<table>{rows}</table>"
+
+    def _files(self) -> Any:
+        model = pn.widgets.FileInput(accept=".toml,.csv,.txt,.frf,.unv,.uff,.npy,.mat,.xlsx", width=_WIDE - 60)
+        model.param.watch(lambda event: event.new is not None and self.take_model(model.filename, event.new), "value")
+        name = f"lobex-{self._page.state.kind}"
+        self.taken = {
+            "py": self._script,
+            "csv": lambda: saved(self._limit(), ".csv"),
+            "nc": lambda: saved(self._limit(), ".nc"),
+            "png": lambda: picture(self._plot, "png"),
+            "svg": lambda: picture(self._plot, "svg"),
+            "html": self._report,
+        }
+        words = {
+            "py": "Python script",
+            "csv": "CSV table",
+            "nc": "NetCDF",
+            "png": "PNG",
+            "svg": "SVG",
+            "html": "HTML report",
+        }
+        buttons = [
+            pn.widgets.FileDownload(
+                callback=lambda made=made: io.BytesIO(made()),
+                filename=f"{name}.{ending}",
+                label=words[ending],
+                width=200,
+                margin=(3, 6),
+            )
+            for ending, made in self.taken.items()
+        ]
+        rows = [pn.Row(*buttons[i : i + 2], margin=0) for i in range(0, len(buttons), 2)]
+        self._link = pn.pane.HTML("", width=_WIDE)
+        return pn.Column(
+            pn.pane.HTML("<b>Take away</b>"),
+            *rows,
+            pn.pane.HTML("The address of this page holds all numbers: keep it, or send it."),
+            pn.pane.HTML("<b>Bring in</b> a tool (TOML), or a measured frequency response"),
+            model,
+            width=_WIDE,
+        )
+
+    def take_model(self, name: str, content: bytes) -> None:
+        """Show what a file says: a tool, or modes fitted to a measured response."""
+        page = self._page
+        try:
+            page.load(read_model(name, content, page.state))
+        except ValueError as error:
+            page.say(str(error))
+
+    def _limit(self) -> Any:
+        return self._page.taken()[0]
+
+    def _plot(self) -> Any:
+        limit, _ = self._page.taken()
+        return limit.plot() if self._page.band is None else self._page.band.plot()
+
+    def _script(self) -> bytes:
+        return script_of(self._page.state, self._page.there).encode()
+
+    def _report(self) -> bytes:
+        self._page.taken()
+        return report_of(self._page).encode()

@@ -1,0 +1,276 @@
+"""The page without a browser: widgets change the state, the figures follow, and numbers compile nothing."""
+
+from dataclasses import replace
+
+import jax
+import numpy as np
+import pytest
+
+import lobex
+from lobex.explorer.files_read import MOST_BYTES, read_model
+from lobex.explorer.page import Explorer
+from lobex.explorer.serving import free_port
+from lobex.explorer.state import STARTS, Mode, Point, Rod, Table
+from lobex.explorer.worker import Worker
+from refusals import refused
+
+SPEEDS = 64
+
+
+def page_of(kind, **view):
+    state = STARTS[kind]
+    explorer = Explorer(replace(state, view=replace(state.view, **{"speeds": SPEEDS, **view})))
+    assert explorer.settle(500)
+    return explorer
+
+
+@pytest.fixture(scope="module")
+def turning():
+    page = page_of("turning")
+    yield page
+    page.close()
+
+
+def drawn(page):
+    return page.figures.sources["limit"].data
+
+
+def compiled(change):
+    """Programs compiled while ``change`` is made."""
+    found = []
+
+    def listen(event, duration, **about):
+        if event == "/jax/core/compile/backend_compile_duration":
+            found.append(about.get("fun_name"))
+
+    jax.monitoring.register_event_duration_secs_listener(listen)
+    change()
+    jax.monitoring.unregister_event_duration_listener(listen)
+    return found
+
+
+def test_a_slider_moves_the_curve_to_the_right_numbers(turning):
+    turning.controls.sliders["radial"].value = 400.0
+    assert turning.settle()
+    tool = lobex.Modes.single(frequency=146.5, damping_ratio=0.0032, mass=2.573)
+    known = lobex.exact_limit(lobex.Turning(tool, radial=4e8), np.linspace(2000, 12000, SPEEDS) / 60)
+    assert drawn(turning)["gain"] == pytest.approx(known.gain / 1e-3, rel=1e-12)
+    assert drawn(turning)["frequency"] == pytest.approx(known.chatter_frequency, rel=1e-12)
+    # The slopes came after it.
+    assert turning.slopes.table.limit is turning.limit
+    assert "radial" in turning.sheets.bars.source.data["name"]
+
+
+def test_no_number_compiles_anything(turning):
+    def move():
+        for name, share in (("radial", 1.3), ("frequency", 1.1), ("damping_ratio", 2.0), ("mass", 0.7)):
+            turning.controls.sliders[name].value *= share
+            assert turning.settle()
+        turning.view_changed(speed_high=300.0)
+        assert turning.settle()
+
+    assert compiled(move) == []
+
+
+def test_the_table_is_what_the_sliders_say(turning):
+    turning.controls.sliders["frequency"].value = 200.0
+    assert turning.controls.modes.value["f (Hz)"].tolist() == [200.0]
+    assert turning.state.structure.modes[0].frequency == 200.0
+    assert turning.settle()
+
+
+def test_what_is_refused_is_said_and_changes_nothing(turning):
+    before = turning.state
+    turning.controls.sliders["radial"].value = -1.0
+    assert turning.state == before
+    assert "radial = -1e+06 must be positive" in turning._message.object
+    turning.controls.sliders["radial"].value = before.numbers.radial / 1e6
+
+
+def test_a_band_is_that_of_the_limit(turning):
+    turning.change(lambda state: replace(state, deviation=(("damping_ratio", 0.1),)))
+    assert turning.settle()
+    known = turning.limit.band({"modes.damping_ratio": 0.1}).interval(2.0)
+    assert turning.figures.sources["band"].data["low"] == pytest.approx(known[0] / 1e-3, rel=1e-9)
+    assert turning.figures.keys["band"].visible
+    turning.change(lambda state: replace(state, deviation=()))
+    assert not turning.figures.keys["band"].visible
+
+
+def test_a_click_marches(turning):
+    turning.change(lambda state: replace(state, point=Point(120.0, 1e-5)))
+    assert turning.settle()
+    assert turning.there.speed == 120.0
+    assert "stable</b>, max|μ| = " in turning.sheets._about.object
+    assert turning.figures.sources["point"].data == {"speed": [7200.0], "gain": [0.01]}
+    assert len(turning.sheets.figures.sources["samples"].data["x"]) == turning.state.periods + 1
+
+
+def test_what_was_heard_gives_speeds(turning):
+    turning.sheets._hear(150.0)
+    assert turning.settle()
+    speed = turning.figures.sources["next"].data["speed"]
+    low, high = (60 * end for end in (turning.state.view.speed_low, turning.state.view.speed_high))
+    assert sorted(speed) == pytest.approx([9000 / k for k in range(4, 0, -1) if low <= 9000 / k <= high])
+    assert turning.state.heard == 150.0
+    turning.sheets._hear(None)
+
+
+def test_cuts_are_overlaid_by_outcome(turning):
+    turning.sheets.take_cuts("rpm, mm, chatter\n7000, 0.001, 0\n7000, 0.001, 1\n")
+    assert turning.settle()
+    assert turning.sheets._score.object.startswith("<b>1 of 2</b>")
+    assert turning.figures.sources["CHATTER_BELOW_THE_LIMIT"].data["speed"] == pytest.approx([7000.0])
+    turning.sheets.take_cuts("1, 2")
+    assert "has 2 columns" in turning._message.object
+
+
+@pytest.mark.parametrize(
+    ("ending", "begins"), [("csv", b"speed"), ("nc", b"\x89HDF"), ("png", b"\x89PNG"), ("svg", b"<?xml")]
+)
+def test_what_is_taken_away_is_the_screen(turning, ending, begins, tmp_path):
+    content = turning.sheets.taken[ending]()
+    assert content.startswith(begins)
+    if ending == "nc":
+        (tmp_path / "a.nc").write_bytes(content)
+        np.testing.assert_array_equal(lobex.load(tmp_path / "a.nc").gain, turning.limit.gain)
+
+
+def test_a_report_holds_all_that_it_shows(turning):
+    from html.parser import HTMLParser
+
+    fetched = []
+
+    class Reader(HTMLParser):
+        def handle_starttag(self, tag, attrs):
+            if tag == "script":
+                fetched.append(tag)
+            fetched.extend(value for name, value in attrs if name in ("src", "href", "data") and "#" not in value)
+
+    text = turning.sheets.taken["html"]().decode()
+    Reader().feed(text)
+    assert fetched == []
+    assert text.count("<svg") == 3
+    assert "def process_of(numbers):" in text
+
+
+def test_other_processes_have_pages_of_their_own(turning):
+    turning.load(replace(STARTS["rub"], view=replace(STARTS["rub"].view, speeds=SPEEDS)))
+    assert turning.settle()
+    assert (turning.speed_unit, turning.quantity.symbol) == ("Hz", "K_e")
+    assert isinstance(turning.state.structure, Rod)
+    known = turning.limit.gain
+    # The rod's modes as a table vibrate as the rod does.
+    turning.controls.column.objects[0].objects[0].value = "modal table"
+    assert turning.settle()
+    assert isinstance(turning.state.structure, Table)
+    assert len(turning.state.structure.modes) == 5
+    assert turning.limit.gain == pytest.approx(known, rel=1e-9)
+
+
+def test_files_are_limited_and_their_names_lead_nowhere():
+    with refused(f"give a file of up to {MOST_BYTES}"):
+        read_model("a.toml", bytes(MOST_BYTES + 1), STARTS["turning"])
+    with refused("'passwd.toml' is no TOML"):
+        read_model("../../etc/passwd.toml", b"\xff\x00", STARTS["turning"])
+    tool = (
+        b"[[modes]]\naxis = 'x'\nfrequency = 300.0\ndamping_ratio = 0.02\nmass = 1.5\n"
+        b"[force]\ntangential = 6e8\nnormal = 2e8\n"
+    )
+    state = read_model("tool.toml", tool, STARTS["turning"])
+    assert state.structure == Table((Mode(300.0, 0.02, 1.5),))
+    assert state.numbers.radial == 2e8
+    with refused("has no [cutter]; milling takes one"):
+        read_model("tool.toml", tool, STARTS["milling"])
+
+
+def test_a_worker_does_the_newest_of_each_kind_in_order():
+    import threading
+
+    done, failed, begun, held = [], [], threading.Event(), threading.Event()
+    worker = Worker(("first", "second"), failed.append, lambda busy: None)
+
+    def job(name, wait=False):
+        def steps():
+            if wait:
+                begun.set()
+                held.wait(10)
+            done.append(name)
+            yield
+            done.append(f"{name} ends")
+
+        return steps
+
+    def broken():
+        raise KeyError("no number")
+        yield
+
+    worker.ask("first", job("held", wait=True))
+    assert begun.wait(10)
+    for name in ("old", "new"):
+        worker.ask("second", job(f"second {name}"))
+        worker.ask("first", job(name))
+    held.set()
+    assert worker.settle(10)
+    # What was superseded ended at its first step, and the one between was never begun.
+    assert done == ["held", "new", "new ends", "second new", "second new ends"]
+    worker.ask("first", lambda: broken())
+    assert worker.settle(10)
+    assert [type(error) for error in failed] == [KeyError]
+    worker.close()
+    worker.ask("first", job("late"))
+    assert "late" not in done
+
+
+@pytest.mark.parametrize(("port", "words"), [(-1, "port = -1 is none"), (70000, "port = 70000 is none")])
+def test_ports_that_are_none_are_refused(port, words):
+    with refused(words):
+        free_port(port)
+
+
+def test_a_port_that_is_taken_is_refused():
+    import socket
+
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        with refused("cannot be listened at"):
+            free_port(taken.getsockname()[1])
+    assert free_port(0) > 1023
+
+
+@pytest.mark.slow
+def test_milling_is_predicted_looked_at_and_polished():
+    page = page_of("milling", speeds=48, scan=9)
+    shown = []
+    source = page.figures.sources["ahead"]
+    source.on_change("data", lambda attr, old, new: shown.append(len(new["speed"])))
+
+    def move():
+        page.controls.sliders["tangential"].value = 600.0
+        # Before anything is computed.
+        assert shown == [48]
+        assert page.settle()
+        page.controls.sliders["radial_immersion"].value = 52.0
+        assert page.settle()
+
+    assert compiled(move) == []
+    # Predicted, a first look, and taken away; twice.
+    assert shown == [48, 8, 0, 48, 8, 0]
+    known = lobex.critical_gain(
+        lobex.Milling(
+            lobex.Modes.single(frequency=146.5, damping_ratio=0.0032, mass=2.573),
+            teeth=1,
+            tangential=6e8,
+            normal=2e8,
+            radial_immersion=0.52,
+        ),
+        np.linspace(5000 / 60, 25000 / 60, 48),
+        (0.0, 5e-3),
+        scan=9,
+    )
+    there = np.isfinite(known.gain)
+    assert there.sum() > 10
+    np.testing.assert_array_equal(there, np.isfinite(drawn(page)["gain"]))
+    assert drawn(page)["gain"][there] == pytest.approx(known.gain[there] / 1e-3, rel=1e-8)
+    page.close()
