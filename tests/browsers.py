@@ -37,6 +37,19 @@ const all = (root, out) => {
 return all(document, []);
 """
 
+WITHIN = """
+const within = (root) => {
+  for (const one of [root, ...root.querySelectorAll("*")]) {
+    if (one.matches && one.matches(arguments[1])) return one;
+    const inner = one.shadowRoot && within(one.shadowRoot);
+    if (inner) return inner;
+  }
+  return null;
+};
+return within(arguments[0]);
+"""
+"""The first element within another that a CSS selector names."""
+
 
 def missing():
     """What of browser, driver and selenium is not here, in words; "" where all are."""
@@ -61,12 +74,13 @@ def browser(downloads=None, size=(1600, 1000)):
         options.binary_location = next(filter(None, map(shutil.which, BROWSERS)))
         for flag in (*_FLAGS, f"--user-data-dir={profile}", f"--window-size={size[0]},{size[1]}"):
             options.add_argument(flag)
-        if downloads is not None:
-            options.add_experimental_option("prefs", {"download.default_directory": str(downloads)})
         options.set_capability("goog:loggingPrefs", {"browser": "ALL", "performance": "ALL"})
         driver = webdriver.Chrome(options=options, service=Service(shutil.which(DRIVER)))
         try:
             driver.set_script_timeout(60)
+            if downloads is not None:
+                where = {"behavior": "allow", "downloadPath": str(downloads)}
+                driver.execute_cdp_cmd("Browser.setDownloadBehavior", where)
             yield driver
         finally:
             driver.quit()
@@ -98,6 +112,11 @@ def served(*words, environment=None):
 def found(driver, selector):
     """All elements that a CSS selector names, in shadow roots, too."""
     return driver.execute_script(_FOUND, selector)
+
+
+def text_of(driver):
+    """All that is written on the page, in shadow roots, too."""
+    return " ".join(filter(None, (one.text for one in found(driver, "div, span, b"))))
 
 
 def model(driver, name, code, *more):

@@ -42,8 +42,10 @@ def rounded(value: float) -> float:
     return float(f"{value:.{_DIGITS}g}")
 
 
-def slider(knob: Knob, value: float, moved: Callable[[float], None]) -> Any:
-    """A slider with a field; ``moved`` is told of the number in SI, at every step of the way."""
+def slider(name: str, knob: Knob, value: float, moved: Callable[[float], None]) -> Any:
+    """A slider with a field, of the CSS class "of-" and its name; ``moved`` is told of the number in SI, at every step
+    of the way.
+    """
     low, high = (rounded(end / knob.scale) for end in (knob.low, knob.high))
     shown = rounded(value / knob.scale)
     made = pn.widgets.EditableFloatSlider(
@@ -55,6 +57,7 @@ def slider(knob: Knob, value: float, moved: Callable[[float], None]) -> Any:
         format="0[.][0000000]",
         width=WIDE - 20,
         margin=(1, 8),
+        css_classes=[f"of-{name.replace('_', '-')}"],
     )
     made.param.watch(lambda event: moved(rounded(event.new * knob.scale)), "value")
     return made
@@ -105,7 +108,7 @@ class Controls:
         found = []
         for name, knob in knobs_of(part).items():
             if names is None or name in names:
-                self.sliders[name] = slider(knob, getattr(part, name), self._set(name))
+                self.sliders[name] = slider(name, knob, getattr(part, name), self._set(name))
                 found.append(self.sliders[name])
         return found
 
@@ -153,7 +156,7 @@ class Controls:
 
                 return to
 
-            made = {name: slider(knob, getattr(mode, name), moved(name)) for name, knob in knobs_of(mode).items()}
+            made = {name: slider(name, knob, getattr(mode, name), moved(name)) for name, knob in knobs_of(mode).items()}
             self.sliders |= made
             self._of_mode.objects = list(made.values())
 

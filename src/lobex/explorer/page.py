@@ -55,6 +55,7 @@ class Explorer(pn.viewable.Viewer):
         self.slopes: Slopes | None = None
         self.there: AtPoint | None = None
         self._left: dict[str, State] = {}
+        self._doubting = False
         document = pn.state.curdoc
         self._document = document if document is not None and document.session_context is not None else None
         self._location = pn.state.location if self._document is not None else None
@@ -128,6 +129,7 @@ class Explorer(pn.viewable.Viewer):
         """Show a line: what was refused, or what is doubtful; nothing for no text."""
         from html import escape
 
+        self._doubting = doubt
         colour = "#8a5a00" if doubt else "#a3142b"
         self._message.object = f'<span style="color:{colour}">{escape(text)}</span>' if text else ""
 
@@ -208,7 +210,8 @@ class Explorer(pn.viewable.Viewer):
             return
         self.limit, self.drawn = limit, state
         self.figures.show(limit)
-        self.say("; ".join(dict.fromkeys(doubts)), doubt=True)
+        if doubts or self._doubting:
+            self.say("; ".join(dict.fromkeys(doubts)), doubt=True)
         self.sheets.limit_changed()
         if _model(state) != _model(self.state):
             return
