@@ -53,6 +53,7 @@ bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/wear.py
 	$(BIN)/python benchmarks/growth_of_studies.py
 	$(BIN)/python benchmarks/programs.py
+	$(BIN)/python benchmarks/latency.py
 
 figures: $(VENV)/.package
 	$(BIN)/lobex reproduce --out figures

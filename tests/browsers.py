@@ -37,6 +37,12 @@ const all = (root, out) => {
 return all(document, []);
 """
 
+_TEXT = """
+const text = (root) => Array.from(root.childNodes, (one) => one.nodeType === Node.TEXT_NODE ? one.data
+  : ["STYLE", "SCRIPT"].includes(one.tagName) ? ""
+  : (one.shadowRoot ? text(one.shadowRoot) : "") + text(one)).join(" ");
+return document.body ? text(document.body) : "";
+"""
 WITHIN = """
 const within = (root) => {
   for (const one of [root, ...root.querySelectorAll("*")]) {
@@ -107,6 +113,8 @@ def served(*words, environment=None):
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
+        if process.stdout is not None:
+            process.stdout.close()
 
 
 def found(driver, selector):
@@ -116,7 +124,7 @@ def found(driver, selector):
 
 def text_of(driver):
     """All that is written on the page, in shadow roots, too."""
-    return " ".join(filter(None, (one.text for one in found(driver, "div, span, b"))))
+    return driver.execute_script(_TEXT)
 
 
 def model(driver, name, code, *more):

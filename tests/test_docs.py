@@ -104,6 +104,11 @@ CLAIMS = {
         and n["found"].speed[0] == pytest.approx(545 / 4)
     ),
     "limits.md": lambda n: np.array_equal(n["searched"].status == "found", np.isfinite(n["searched"].gain)),
+    "explore.md": lambda n: (
+        n["explorer"].settle()
+        and n["explorer"].limit.gain
+        == pytest.approx(lobex.exact_limit(lobex.Turning(n["tool"], radial=2e8), np.linspace(35, 200, 1000)).gain)
+    ),
     "boundary.md": lambda n: len(n["traced"]) > 0 and n["traced"].residual < 1e-8,
     "jax.md": lambda n: n["value"] == pytest.approx(920209.5963) and np.all(np.diff(n["gains"]) > 0),
     "own_equation.md": lambda n: np.all(n["exact"][1:3] ** 2 < 1) and n["two"][1] == pytest.approx(1.0),

@@ -107,13 +107,13 @@ def test_a_click_marches(turning):
 
 
 def test_what_was_heard_gives_speeds(turning):
-    turning.sheets._hear(150.0)
+    turning.sheets.hear(150.0)
     assert turning.settle()
     speed = turning.figures.sources["next"].data["speed"]
     low, high = (60 * end for end in (turning.state.view.speed_low, turning.state.view.speed_high))
     assert sorted(speed) == pytest.approx([9000 / k for k in range(4, 0, -1) if low <= 9000 / k <= high])
     assert turning.state.heard == 150.0
-    turning.sheets._hear(None)
+    turning.sheets.hear(None)
 
 
 def test_cuts_are_overlaid_by_outcome(turning):
@@ -177,7 +177,8 @@ def test_files_are_limited_and_their_names_lead_nowhere():
         b"[[modes]]\naxis = 'x'\nfrequency = 300.0\ndamping_ratio = 0.02\nmass = 1.5\n"
         b"[force]\ntangential = 6e8\nnormal = 2e8\n"
     )
-    state = read_model("tool.toml", tool, STARTS["turning"])
+    state, told = read_model("tool.toml", tool, STARTS["turning"])
+    assert told == ""
     assert state.structure == Table((Mode(300.0, 0.02, 1.5),))
     assert state.numbers.radial == 2e8
     with refused("has no [cutter]; milling takes one"):

@@ -75,7 +75,7 @@ def stable_columns(limit: Limit) -> dict[str, list[Any]]:
 
 
 def lobe_columns(limit: Limit) -> dict[str, Any]:
-    """The number of each lobe at its lowest point."""
+    """The number of each lobe, which stands above its lowest point."""
     columns = limit_columns(limit)
     speed, gain, lobe = (columns[name] for name in ("speed", "gain", "lobe"))
     places = []
@@ -107,7 +107,7 @@ def bar_columns(table: Sensitivities, speed: float | None) -> tuple[dict[str, An
     shown = {
         "name": [in_words(table.names[i]) for i in chosen],
         "size": [float(sizes[i]) for i in chosen],
-        "text": [f"{sizes[i]:+.3f}" for i in chosen],
+        "text": [f"{sizes[i]:+.3f}".replace("-", "−") for i in chosen],
     }
     return shown, float(limit.speed[lane])
 

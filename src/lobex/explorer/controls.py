@@ -69,7 +69,7 @@ class Controls:
     Args:
         state: that they begin with.
         change: is given functions from the old state to the new one.
-        axes: unit and size of the speed, and of the gain.
+        axes: name, unit and its size, of the speed and of the gain.
 
     Attributes:
         column: all of them.
@@ -77,7 +77,9 @@ class Controls:
         modes, teeth: the tables; None where there is none.
     """
 
-    def __init__(self, state: State, change: Change, axes: tuple[tuple[str, float], tuple[str, float]]) -> None:
+    def __init__(
+        self, state: State, change: Change, axes: tuple[tuple[str, str, float], tuple[str, str, float]]
+    ) -> None:
         self._change, self._axes, self._quiet = self._unless_quiet(change), axes, False
         self.sliders: dict[str, Any] = {}
         self.modes: Any = None
@@ -209,12 +211,12 @@ class Controls:
 
     def _view(self, state: State) -> Any:
         view, found = state.view, []
-        for what, (unit, size) in zip(("speed", "gain"), self._axes, strict=True):
+        for what, (shown, unit, size) in zip(("speed", "gain"), self._axes, strict=True):
             ends = []
             for end in ("low", "high"):
                 name = f"{what}_{end}"
                 field = pn.widgets.FloatInput(
-                    label=_label(f"{what}, {end}est", unit),
+                    label=_label(f"{end}est {shown}", unit),
                     value=rounded(getattr(view, name) / size),
                     width=150,
                     margin=(2, 8),
@@ -274,7 +276,7 @@ def _table(rows: tuple[Any, ...], columns: Mapping[str, tuple[str, float]], edit
         layout="fit_columns",
         theme="simple",
         width=WIDE - 10,
-        height=min(36 + 32 * max(len(rows), 2), 260),
+        height=min(38 + 33 * len(rows), 260),
         editors={label: {"type": "number"} for label, _ in columns.values()},
         sizing_mode="fixed",
         margin=(2, 8),

@@ -1,41 +1,45 @@
-"""Files that are brought in: a tool, or a measured frequency response; small ones, of text and numbers alone."""
+"""Files that are brought in: a tool, a measured frequency response, a modal table, a list of cuts.
 
-import hashlib
+They are small and hold text and numbers alone; none of their readers runs what is in them.
+"""
+
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 import lobex
 from lobex.explorer.started import state_of, table_of
-from lobex.explorer.state import MillingNumbers, State, TurningNumbers
+from lobex.explorer.state import MillingNumbers, State, Table, TurningNumbers
+from lobex.explorer.tried_cuts import MOST_CUTS, Cuts
 
 MOST_BYTES = 8_000_000
-_TOOL = ".toml"
+TOOL, RESPONSE, MODES = KINDS = ("tool (TOML)", "measured response", "modal table")
+UNITS = ("as the file says", "m/N", "um/N", "m/s/N", "m/s^2/N", "g/N")
+_SHOWN = 60
 
 
-def read_model(name: str, content: bytes, state: State) -> State:
-    """The state with what a file says in the place of its structure.
+def read_model(name: str, content: bytes, state: State, kind: str = TOOL, unit: str = UNITS[0]) -> tuple[State, str]:
+    """The state with what a file says in the place of its structure, and what is to be told of that.
 
     Args:
-        name: of the file, whose ending tells what it is.
+        name: of the file, whose ending tells its format.
         content: of it.
         state: what is shown so far.
+        kind: what it holds, one of ``KINDS``.
+        unit: of a response over the force, one of ``UNITS``.
 
     Raises:
         ValueError: for files that are too large, and those that their readers refuse.
     """
-    if len(content) > MOST_BYTES:
-        raise ValueError(f"{name[:60]!r} has {len(content)} bytes; give a file of up to {MOST_BYTES}")
-    ending = Path(name).suffix.lower()
-    # Its name goes no further than a message: what it says of folders is not followed.
-    with tempfile.TemporaryDirectory(prefix="lobex-") as folder:
-        path = Path(folder) / f"file{ending if ending.isascii() and ending[1:].isalnum() else ''}"
-        path.write_bytes(content)
-        try:
-            return of_tool(path, state) if ending == _TOOL else of_response(path, state)
-        except ValueError as error:
-            raise ValueError(str(error).replace(str(path), Path(name).name[:60])) from None
+    with _file(name, content) as path:
+        if kind == TOOL:
+            return of_tool(path, state), ""
+        return of_response(path, state, unit) if kind == RESPONSE else (of_table(path, state), "")
 
 
 def of_tool(path: Path, state: State) -> State:
@@ -51,15 +55,66 @@ def of_tool(path: Path, state: State) -> State:
     return state_of(lobex.Milling(**told, **cut, feed_per_tooth=own.feed_per_tooth or None))
 
 
-def of_response(path: Path, state: State) -> State:
-    """The state with modes fitted to a measured response, and a view of their lobes."""
-    if not hasattr(lobex, "read_frf"):
-        raise ValueError(f"{str(path)!r} is no tool's file (.toml)")
-    fitted = lobex.read_frf(path).modes()
-    modes: Any = fitted[0] if isinstance(fitted, tuple) else fitted
-    return replace(state, structure=table_of(modes), deviation=(), point=None)
+def of_response(path: Path, state: State, unit: str = UNITS[0]) -> tuple[State, str]:
+    """The state with modes fitted to a measured response and their deviations, and the report of the fit."""
+    fit = _reader("read_frf")(path, unit=None if unit == UNITS[0] else unit).fit()
+    shown = _with_table(state, table_of(fit.modes))
+    return replace(shown, deviation=_deviation(fit.relative_standard_deviation)), repr(fit)
 
 
-def digest_of(content: bytes) -> str:
-    """SHA-256, in hexadecimal digits."""
-    return hashlib.sha256(content).hexdigest()
+def of_table(path: Path, state: State) -> State:
+    """The state with the modes of a table."""
+    return _with_table(state, table_of(_reader("read_modes")(path)))
+
+
+def read_cuts_of(name: str, content: bytes) -> Cuts:
+    """The cuts of a table in a file, as ``lobex.read_cuts`` reads it."""
+    with _file(name, content) as path:
+        rows = np.asarray(_reader("read_cuts")(path))
+    if len(rows) > MOST_CUTS:
+        raise ValueError(f"{name[:_SHOWN]!r} holds {len(rows)} cuts; give at most {MOST_CUTS}")
+    return Cuts(rows[:, 0], rows[:, 1], rows[:, 2] == 1)
+
+
+def _with_table(state: State, table: Table) -> State:
+    """The state with other modes, and the diagram around their lobes."""
+    from lobex.explorer.recipes import process_of
+
+    shown = replace(state, structure=table, deviation=(), point=None)
+    return replace(shown, view=state_of(process_of(shown)).view)
+
+
+def _deviation(relative: dict[str, float]) -> tuple[tuple[str, float], ...]:
+    """Of all modes the largest, by the names of a page: a modal mass goes with the square of the shape."""
+    names = {"angular_frequency": ("frequency", 1.0), "damping_ratio": ("damping_ratio", 1.0), "shape": ("mass", 2.0)}
+    found: dict[str, float] = {}
+    for name, value in relative.items():
+        stem = name.partition("[")[0].rpartition(".")[2]
+        if stem in names and np.isfinite(value) and value > 0:
+            own, times = names[stem]
+            found[own] = max(found.get(own, 0.0), float(times * value))
+    return tuple(sorted(found.items()))
+
+
+def _reader(name: str) -> Any:
+    reader = getattr(lobex, name, None)
+    if reader is None:
+        raise ValueError(f"this lobex has no {name}; give a tool's file (.toml)")
+    return reader
+
+
+@contextmanager
+def _file(name: str, content: bytes) -> Iterator[Path]:
+    """The content as a file of its own, whose place messages do not tell."""
+    if len(content) > MOST_BYTES:
+        raise ValueError(f"{name[:_SHOWN]!r} has {len(content)} bytes; give a file of up to {MOST_BYTES}")
+    ending = Path(name).suffix
+    # Of the name no more than the ending is used: what it says of folders is not followed.
+    safe = ending if ending.isascii() and ending[1:].isalnum() else ""
+    with tempfile.TemporaryDirectory(prefix="lobex-") as folder:
+        path = Path(folder) / f"file{safe}"
+        path.write_bytes(content)
+        try:
+            yield path
+        except ValueError as error:
+            raise ValueError(str(error).replace(str(path), Path(name).name[:_SHOWN])) from None

@@ -157,7 +157,7 @@ def lobe_figures(speed_unit: str, quantity: Quantity) -> LobeFigures:
         plain(one)
     upper.xaxis.visible = False
     upper.add_layout(_legend(list(keys.values())), "above")
-    readout = Div(text=IDLE, name="readout", styles={"font-size": "14px", "min-height": "22px"})
+    readout = Div(text=IDLE, name="readout", styles={"font-size": "13px", "min-height": "22px"})
     told = {
         "source": sources["limit"],
         "div": readout,
@@ -165,7 +165,7 @@ def lobe_figures(speed_unit: str, quantity: Quantity) -> LobeFigures:
         "speed_unit": speed_unit,
         "unit": quantity.display_unit,
         "symbol": symbol_of(quantity),
-        "kinds": ["", *(NAME[kind] for kind in KINDS)],
+        "kinds": ["", *(NAME[kind].partition(" (")[0] for kind in KINDS)],
         "statuses": [status.words for status in Status],
     }
     upper.js_on_event("mousemove", CustomJS(args=told, code=_READ))
@@ -235,8 +235,8 @@ def _draw_limit(upper: Any, lower: Any, sources: dict[str, Any]) -> dict[str, Le
         keys[kind.words] = LegendItem(label=NAME[kind], renderers=[line])
     ahead = upper.line("speed", "gain", source=sources["ahead"], color=PURPLE, line_dash="dashed", line_width=1.8)
     keys["ahead"] = LegendItem(label="predicted", renderers=[ahead])
-    text = {"text_align": "center", "text_baseline": "top", "text_font_size": "9pt", "text_color": GREY}
-    upper.text("speed", "gain", "number", source=sources["lobes"], y_offset=4, **text)
+    text = {"text_align": "center", "text_baseline": "bottom", "text_font_size": "9pt", "text_color": GREY}
+    upper.text("speed", "gain", "number", source=sources["lobes"], y_offset=-4, **text)
     return keys
 
 

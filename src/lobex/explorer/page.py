@@ -13,7 +13,7 @@ from lobex.explorer.addresses import query_of
 from lobex.explorer.columns import predicted_columns
 from lobex.explorer.controls import Controls
 from lobex.explorer.curves import Slopes, first_look, in_closed_form, limit_of, predicted, slopes_of
-from lobex.explorer.lobe_figures import LobeFigures, lobe_figures
+from lobex.explorer.lobe_figures import LobeFigures, lobe_figures, symbol_of
 from lobex.explorer.point import AtPoint, at_point
 from lobex.explorer.recipes import recipe_of
 from lobex.explorer.sheets import Sheets
@@ -43,6 +43,7 @@ class Explorer(pn.viewable.Viewer):
         limit: the limit that is drawn, once there is one, and
         drawn: the state that it is of.
         slopes: how it moves with the numbers; None until they are known.
+        panes: in which the diagram stands.
         there: what was found of the point.
     """
 
@@ -147,7 +148,10 @@ class Explorer(pn.viewable.Viewer):
     def _build(self) -> None:
         """Make all widgets and figures anew, for the state's process and structure."""
         scale, size = speed_axis(self.speed_unit)[0], self.quantity.scale
-        axes = ((self.speed_unit, 1 / scale), (self.quantity.display_unit, size))
+        axes = (
+            ("speed", self.speed_unit, 1 / scale),
+            (symbol_of(self.quantity), self.quantity.display_unit, size),
+        )
         self.limit = self.slopes = self.there = None
         self.controls = Controls(self.state, self.change, axes)
         self.figures: LobeFigures = lobe_figures(self.speed_unit, self.quantity)
@@ -157,10 +161,10 @@ class Explorer(pn.viewable.Viewer):
         seen.on_click(lambda _: self._take_ranges())
         fit = pn.widgets.Button(label="fit the axis to the limit", width=190, margin=(2, 8))
         fit.on_click(lambda _: self._fit())
+        drawn = (self.figures.gain, self.figures.frequency, self.figures.readout)
+        self.panes = [pn.pane.Bokeh(one, sizing_mode="stretch_width", margin=0) for one in drawn]
         middle = pn.Column(
-            self.figures.gain,
-            self.figures.frequency,
-            self.figures.readout,
+            *self.panes,
             pn.Row(seen, fit, margin=0),
             sizing_mode="stretch_width",
             min_width=480,
@@ -172,6 +176,8 @@ class Explorer(pn.viewable.Viewer):
         self._compute()
         if self.state.point is not None:
             self._march()
+        if self.state.heard is not None:
+            self.sheets.hear(self.state.heard)
         self._keep_address()
 
     def _compute(self) -> None:
@@ -321,6 +327,8 @@ class Explorer(pn.viewable.Viewer):
         """Change the page from the thread that computes."""
         if self._document is None:
             show()
+            # A notebook does not hear of what changes in a figure by itself.
+            pn.io.push_notebook(*self.panes, *self.sheets.panes)
         else:
             self._document.add_next_tick_callback(show)
 

@@ -103,7 +103,7 @@ class Bars:
             "align": ["left" if size >= 0 else "right" for size in sizes],
             "offset": [5 if size >= 0 else -5 for size in sizes],
         }
-        most = 1.35 * max(float(np.max(np.abs(sizes), initial=0.0)), 0.1)
+        most = 1.8 * max(float(np.max(np.abs(sizes), initial=0.0)), 0.1)
         self.figure.x_range.update(
             start=-most if (sizes < 0).any() else -0.05 * most, end=most if (sizes > 0).any() else 0.05 * most
         )

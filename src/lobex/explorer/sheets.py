@@ -1,6 +1,7 @@
 """The sheets beside the diagram: the point, what matters, advice, and files in and out."""
 
 import io
+import warnings
 from dataclasses import replace
 from html import escape
 from typing import TYPE_CHECKING, Any
@@ -8,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import panel as pn
 
+from lobex._warnings import LobexWarning
 from lobex.advice.next_try import next_speed
 from lobex.explorer.columns import in_words
-from lobex.explorer.files_read import MOST_BYTES, read_model
+from lobex.explorer.files_read import KINDS, UNITS, read_cuts_of, read_model
 from lobex.explorer.files_taken import picture, saved
 from lobex.explorer.point_figures import bars, point_figures
 from lobex.explorer.recipes import process_of
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
     from lobex.explorer.page import Explorer
 
 _WIDE = 440
+_MODELS = ".toml,.csv,.txt,.frf,.unv,.uff,.npy,.npz,.mat,.xlsx"
 _CUTS = "rpm, mm, chatter\n12000, 1.0, 0\n14500, 2.5, 1"
 
 
@@ -35,6 +38,8 @@ class Sheets:
 
     Attributes:
         tabs: the sheets.
+        note: what is told of a file that was brought in.
+        panes: in which their figures stand.
         taken: what is downloaded, by its ending: functions that make bytes.
     """
 
@@ -45,12 +50,14 @@ class Sheets:
         self.bars = bars(page.quantity)
         self._about = pn.pane.HTML("Click at a point of the diagram.", width=_WIDE, name="about the point")
         self._of_bars = pn.pane.HTML("", width=_WIDE)
+        self.note = pn.pane.HTML("", width=_WIDE)
         self._deviations = pn.Column(margin=0, width=_WIDE)
         self._named: tuple[str, ...] = ()
-        drawn = (self.figures.motion, self.figures.spectrum, self.figures.samples)
-        self._of_point = pn.Column(*drawn, width=_WIDE, visible=False, margin=0)
+        drawn = (self.figures.motion, self.figures.spectrum, self.figures.samples, self.bars.figure)
+        self.panes = [pn.pane.Bokeh(one, width=_WIDE, margin=0) for one in drawn]
+        self._of_point = pn.Column(*self.panes[:3], width=_WIDE, visible=False, margin=0)
         point = pn.Column(self._about, self._of_point, width=_WIDE)
-        matter = pn.Column(self._of_bars, self.bars.figure, self._deviations, width=_WIDE)
+        matter = pn.Column(self._of_bars, self.panes[3], self._deviations, width=_WIDE)
         self.tabs = pn.Tabs(
             ("Point", point),
             ("What matters", matter),
@@ -69,9 +76,9 @@ class Sheets:
         page = self._page
         assert page.slopes is not None
         at = self.bars.show(page.slopes.table, None if page.state.point is None else page.state.point.speed)
-        where = "the clicked speed" if page.state.point is not None else "the lowest limit"
+        where = "At the clicked speed" if page.state.point is not None else "Where the limit is lowest"
         shown = "no limit" if np.isnan(at) else shown_speed(at, page.speed_unit)
-        self._of_bars.object = f"Percent of limit per percent of a number, at {where}: {shown}."
+        self._of_bars.object = f"{where}, {shown}: percent of limit per percent of each number."
         names = tuple(name for name, _ in page.slopes.recipe.numbers if name in self._moving())
         if names != self._named:
             self._named = names
@@ -100,8 +107,8 @@ class Sheets:
         lines = [
             f"<b>{shown_speed(there.speed, page.speed_unit)}, {shown_gain(there.gain, page.quantity)}</b>: "
             f'<b style="color:{colour}">{"stable" if stable else "unstable"}</b>, max|μ| = {there.radius:.6g}',
-            f"the march grows by {float(there.march.growth):.6g} per period, fitted to "
-            f"{float(there.march.growth_error):.1e} ({there.march.steps_per_period} steps)",
+            f"in the march it changes by a factor of {float(there.march.growth):.6g} per period, "
+            f"in {there.march.steps_per_period} steps",
         ]
         if there.orbit is not None:
             error = there.location_error
@@ -150,14 +157,14 @@ class Sheets:
             label="chatter frequency that was heard (Hz)", value=page.state.heard, start=0.0, width=250
         )
         self._speeds = pn.pane.HTML("", width=_WIDE, name="next speeds")
-        heard.param.watch(lambda event: self._hear(event.new), "value")
+        heard.param.watch(lambda event: self.hear(event.new), "value")
         self._text = pn.widgets.TextAreaInput(
             label="cuts: speed, gain, chatter", placeholder=_CUTS, height=130, width=_WIDE - 40
         )
         shown = pn.widgets.Button(label="hold them against the limit", width=220)
         shown.on_click(lambda _: self.take_cuts(self._text.value))
-        file = pn.widgets.FileInput(accept=".csv,.txt", width=_WIDE - 60)
-        file.param.watch(lambda event: self._cuts_of_file(event.new), "value")
+        file = pn.widgets.FileInput(accept=".csv,.txt,.xlsx", width=_WIDE - 60)
+        file.param.watch(lambda event: event.new and self._cuts_of_file(file.filename, event.new), "value")
         self._score = pn.pane.HTML("", width=_WIDE, name="score")
         title = "<b>{}</b>"
         return pn.Column(
@@ -172,7 +179,8 @@ class Sheets:
             width=_WIDE,
         )
 
-    def _hear(self, frequency: float | None) -> None:
+    def hear(self, frequency: float | None) -> None:
+        """Show the speeds to try after a chatter frequency that was heard, Hz."""
         page = self._page
         page.change(lambda state: replace(state, heard=frequency or None))
         if not frequency:
@@ -202,12 +210,14 @@ class Sheets:
         self._speeds.object = f"<table><tr><th>waves</th><th>speed</th><th>limit there</th></tr>{rows}</table>"
         page.figures.show_next(found.speed * speed_axis(page.speed_unit)[0])
 
-    def _cuts_of_file(self, content: bytes | None) -> None:
-        if content is not None:
-            if len(content) > MOST_BYTES:
-                self._page.say(f"the file has {len(content)} bytes; give one of up to {MOST_BYTES}")
-                return
-            self.take_cuts(content.decode("utf-8", errors="replace"))
+    def _cuts_of_file(self, name: str, content: bytes) -> None:
+        try:
+            self.cuts = read_cuts_of(name, content)
+        except ValueError as error:
+            self._page.say(str(error))
+            return
+        self._page.say("")
+        self._judge()
 
     def take_cuts(self, text: str) -> None:
         """Overlay the cuts of a text."""
@@ -244,8 +254,13 @@ class Sheets:
         self._score.object = f"<b>{hits} of {len(told)}</b> as the limit says<table>{rows}</table>"
 
     def _files(self) -> Any:
-        model = pn.widgets.FileInput(accept=".toml,.csv,.txt,.frf,.unv,.uff,.npy,.mat,.xlsx", width=_WIDE - 60)
-        model.param.watch(lambda event: event.new is not None and self.take_model(model.filename, event.new), "value")
+        kind = pn.widgets.Select(label="it holds", options=list(KINDS), width=180)
+        unit = pn.widgets.Select(label="response over force", options=list(UNITS), width=180, visible=False)
+        kind.param.watch(lambda event: unit.param.update(visible=event.new == KINDS[1]), "value")
+        model = pn.widgets.FileInput(accept=_MODELS, width=_WIDE - 60)
+        model.param.watch(
+            lambda event: event.new and self.take_model(model.filename, event.new, kind.value, unit.value), "value"
+        )
         name = f"lobex-{self._page.state.kind}"
         self.taken = {
             "py": self._script,
@@ -279,18 +294,28 @@ class Sheets:
             pn.pane.HTML("<b>Take away</b>"),
             *rows,
             pn.pane.HTML("The address of this page holds all numbers: keep it, or send it."),
-            pn.pane.HTML("<b>Bring in</b> a tool (TOML), or a measured frequency response"),
+            pn.pane.HTML("<b>Bring in</b> a file: choose it, or drop it on the field"),
+            pn.Row(kind, unit, margin=0),
             model,
+            self.note,
             width=_WIDE,
         )
 
-    def take_model(self, name: str, content: bytes) -> None:
-        """Show what a file says: a tool, or modes fitted to a measured response."""
+    def take_model(self, name: str, content: bytes, kind: str = KINDS[0], unit: str = UNITS[0]) -> None:
+        """Show what a file says: a tool, a modal table, or modes fitted to a measured response."""
         page = self._page
-        try:
-            page.load(read_model(name, content, page.state))
-        except ValueError as error:
-            page.say(str(error))
+        with warnings.catch_warnings(record=True) as told:
+            warnings.simplefilter("always", LobexWarning)
+            try:
+                state, note = read_model(name, content, page.state, kind, unit)
+            except ValueError as error:
+                page.say(str(error))
+                return
+        page.load(state)
+        # What stands on the page now are other sheets.
+        page.sheets.note.object = f"<pre>{escape(note)}</pre>" if note else ""
+        page.sheets.tabs.active = 3 if note else 0
+        page.say("; ".join(str(one.message) for one in told), doubt=True)
 
     def _limit(self) -> Any:
         return self._page.taken()[0]

@@ -292,7 +292,7 @@ def _check_view(view: View) -> None:
 
 STARTS = {
     "rub": State(Rod(), RubNumbers(), View(50.0, 400.0, 1000, 0.0, 2.5e6)),
-    "turning": State(Table(), TurningNumbers(), View(2000 / 60, 12000 / 60, 1000, 0.0, 4e-3)),
+    "turning": State(Table(), TurningNumbers(), View(2000 / 60, 12000 / 60, 1000, 0.0, 2e-3)),
     "milling": State(Table(), MillingNumbers(), View(5000 / 60, 25000 / 60, 301, 0.0, 5e-3)),
 }
 """What a page begins with: the thesis' rod, and its tool of §3.4."""

@@ -27,6 +27,10 @@ class Explore:
     """TOML file of a tool, of turning or milling (docs/howto/cutters.md)."""
     frf_file: Annotated[str | None, _file("frf")] = None
     """Measured frequency response, whose fitted modes the page begins with."""
+    frf_unit: Annotated[str | None, tyro.conf.arg(metavar="UNIT", help_behavior_hint="(default: as the file says)")] = (
+        None
+    )
+    """Unit of the response over the force, such as m/N or g/N."""
     port: Annotated[int, count_hint("any that is free")] = 0
     """To listen at, on 127.0.0.1."""
     show: bool = True

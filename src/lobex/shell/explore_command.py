@@ -28,7 +28,7 @@ def run_explore(command: Explore) -> None:
     from lobex.shell.environment import prepare_jax
 
     prepare_jax()
-    from lobex.explorer.files_read import of_response, of_tool
+    from lobex.explorer.files_read import UNITS, of_response, of_tool
     from lobex.explorer.serving import serve
     from lobex.explorer.state import STARTS
 
@@ -36,5 +36,6 @@ def run_explore(command: Explore) -> None:
     if "tool" in paths:
         state = of_tool(paths["tool"], state)
     if "frf" in paths:
-        state = of_response(paths["frf"], state)
+        state, report = of_response(paths["frf"], state, command.frf_unit or UNITS[0])
+        print(report)
     serve(state, command.port, command.show)
