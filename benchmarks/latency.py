@@ -139,9 +139,9 @@ def page() -> str:
         [
             "# How soon the explorer's curve follows a slider",
             "",
-            "Made by `python benchmarks/latency.py`: changes of one number at random, once the first three have compiled all "
-            "programs; milliseconds. In the browser Bokeh's part and the way through the websocket are "
-            "in it, in a Chromium without a window that draws without a graphics card.",
+            "Made by `python benchmarks/latency.py`: changes of one number at random, once the first three have compiled "
+            "all programs; milliseconds. In the browser the way through the websocket and Bokeh's drawing are in it, in "
+            "a Chromium that has neither window nor graphics card.",
             "",
             "| what follows | median | 95th percentile | changes | programs compiled |",
             "|---|---|---|---|---|",

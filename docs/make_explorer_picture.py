@@ -36,7 +36,7 @@ def main() -> None:
     """Take the picture once nothing is computed any more."""
     with browsers.served("milling") as address, browsers.browser(size=SIZE) as driver:
         driver.get(f"{address.partition('?')[0]}?{query_of(SHOWN)}")
-        for name, column in (("limit", "gain"), ("band", "low"), ("samples", "x")):
+        for name, column in (("limit", "gain"), ("band", "xs"), ("samples", "x")):
             code = f"return model.data.{column}.length"
             browsers.until(driver, lambda: browsers.model(driver, f"source of {name}", code), name, 900)  # noqa: B023
         browsers.until(driver, lambda: "ready" in browsers.text_of(driver), "end", 900)

@@ -107,7 +107,7 @@ def test_columns_are_those_of_the_limit_in_the_units_of_the_axes():
     (x,), (y,) = stable["xs"], stable["ys"]
     area = 0.5 * abs(np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y))
     assert area == pytest.approx(np.trapezoid(columns["gain"], columns["speed"]), rel=1e-12)
-    numbers = [int(text) for text in lobe_columns(limit)["number"]]
+    numbers = [int(text) for text in lobe_columns(limit, 2.0)["number"]]
     assert numbers == sorted(numbers, reverse=True)
     assert set(numbers) <= set(limit.lobe.tolist())
 

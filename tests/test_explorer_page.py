@@ -91,7 +91,8 @@ def test_a_band_is_that_of_the_limit(turning):
     turning.change(lambda state: replace(state, deviation=(("damping_ratio", 0.1),)))
     assert turning.settle()
     known = turning.limit.band({"modes.damping_ratio": 0.1}).interval(2.0)
-    assert turning.figures.sources["band"].data["low"] == pytest.approx(known[0] / 1e-3, rel=1e-9)
+    (edge,) = turning.figures.sources["band"].data["ys"]
+    assert edge == pytest.approx(np.r_[known[0], known[1][::-1]] / 1e-3, rel=1e-9)
     assert turning.figures.keys["band"].visible
     turning.change(lambda state: replace(state, deviation=()))
     assert not turning.figures.keys["band"].visible

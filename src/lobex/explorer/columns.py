@@ -17,6 +17,8 @@ KINDS = (Kind.HOPF, Kind.FLIP, Kind.FOLD)
 DEVIATIONS = 2.0
 """Of a band, on either side."""
 _MOST_BARS = 12
+# Of the axis, what is next to its lower end.
+_NEXT = 0.06
 
 Columns = dict[str, np.ndarray]
 
@@ -74,8 +76,25 @@ def stable_columns(limit: Limit) -> dict[str, list[Any]]:
     return {"xs": xs, "ys": ys}
 
 
-def lobe_columns(limit: Limit) -> dict[str, Any]:
-    """The number of each lobe, which stands above its lowest point."""
+def band_columns(band: Band | None) -> dict[str, list[Any]]:
+    """A band as polygons, xs and ys, one of every stretch of speeds with a limit."""
+    found: dict[str, list[Any]] = {"xs": [], "ys": []}
+    if band is None:
+        return found
+    columns = limit_columns(band.limit, band)
+    there = np.isfinite(columns["low"]) & np.isfinite(columns["high"])
+    for stretch in np.split(np.arange(len(there)), np.flatnonzero(np.diff(there)) + 1):
+        if there[stretch[0]]:
+            x, low, high = (columns[name][stretch] for name in ("speed", "low", "high"))
+            found["xs"].append(np.r_[x, x[::-1]])
+            found["ys"].append(np.r_[low, high[::-1]])
+    return found
+
+
+def lobe_columns(limit: Limit, top: float) -> dict[str, Any]:
+    """The number of each lobe under its lowest point, or above it where that is next to the axis, which ends at
+    ``top``; the offset is in pixels.
+    """
     columns = limit_columns(limit)
     speed, gain, lobe = (columns[name] for name in ("speed", "gain", "lobe"))
     places = []
@@ -91,7 +110,8 @@ def lobe_columns(limit: Limit) -> dict[str, Any]:
     for place in sorted(places):
         if not kept or place[0] - kept[-1][0] > spread:
             kept.append(place)
-    return {name: [place[i] for place in kept] for i, name in enumerate(("speed", "gain", "number"))}
+    shown = {name: [place[i] for place in kept] for i, name in enumerate(("speed", "gain", "number"))}
+    return shown | {"offset": [11 if low > _NEXT * top else -11 for low in shown["gain"]]}
 
 
 def bar_columns(table: Sensitivities, speed: float | None) -> tuple[dict[str, Any], float]:

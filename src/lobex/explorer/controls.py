@@ -128,11 +128,15 @@ class Controls:
             count = _whole("elements", structure.elements, 1, MOST_ELEMENTS, self._set("elements"))
             parts += [*self._sliders(structure), count]
         else:
-            parts += self._table_of_modes(structure, isinstance(state.numbers, MillingNumbers))
+            parts += self._table_of_modes(structure, state.numbers)
         return _card("Blade" if isinstance(state.numbers, RubNumbers) else "Modes", parts)
 
-    def _table_of_modes(self, structure: Table, plane: bool) -> list[Any]:
-        columns = _OF_MODES | (_OF_AXES if plane else {})
+    def _table_of_modes(self, structure: Table, numbers: Any) -> list[Any]:
+        axes = 0
+        if isinstance(numbers, MillingNumbers):
+            # Along the axis only where something acts that way.
+            axes = 3 if numbers.axial or structure.directions == 3 else 2
+        columns = _OF_MODES | dict(list(_OF_AXES.items())[:axes])
 
         def rows() -> tuple[Mode, ...]:
             return tuple(Mode(**row) for row in _read(self.modes.value, columns))

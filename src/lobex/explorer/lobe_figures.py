@@ -8,7 +8,15 @@ from bokeh.models import ColumnDataSource, CrosshairTool, CustomJS, Div, Legend,
 from bokeh.plotting import figure
 from matplotlib.colors import to_hex
 
-from lobex.explorer.columns import DEVIATIONS, KINDS, Columns, limit_columns, lobe_columns, stable_columns
+from lobex.explorer.columns import (
+    DEVIATIONS,
+    KINDS,
+    Columns,
+    band_columns,
+    limit_columns,
+    lobe_columns,
+    stable_columns,
+)
 from lobex.explorer.tried_cuts import Cuts
 from lobex.plots.advice_pictures import OUTCOMES
 from lobex.plots.frame import speed_axis
@@ -23,7 +31,6 @@ IDLE = "Move over the diagram to read it; click to march the motion there."
 _MARKER = {"o": "circle", "X": "x", "d": "diamond"}
 _TOOLS = "pan,box_zoom,wheel_zoom,reset"
 _LINE: Columns = {"speed": np.zeros(0), "gain": np.zeros(0)}
-_EDGES: Columns = {"speed": np.zeros(0), "low": np.zeros(0), "high": np.zeros(0)}
 # In the browser: what is under the cursor, between the speeds computed.
 _READ = """
 const s = source.data, n = s.speed.length, x = cb_obj.x, y = cb_obj.y;
@@ -69,7 +76,7 @@ class LobeFigures:
         for kind in KINDS:
             self._draw(kind.words, bool(np.any(columns["kind"] == kind)))
         self.sources["stable"].data = stable_columns(limit)
-        self.sources["lobes"].data = lobe_columns(limit)
+        self.sources["lobes"].data = lobe_columns(limit, self.gain.y_range.end)
         self.show_ahead(None)
         self.show_band(band)
 
@@ -86,11 +93,7 @@ class LobeFigures:
 
     def show_band(self, band: Band | None) -> None:
         """Draw the band of the limit that is drawn; None for none."""
-        edges = _EDGES
-        if band is not None:
-            columns = limit_columns(band.limit, band)
-            edges = {name: columns[name] for name in _EDGES}
-        self.sources["band"].data = dict(edges)
+        self.sources["band"].data = band_columns(band)
         self._draw("band", band is not None)
 
     def show_point(self, speed: float, gain: float) -> None:
@@ -156,7 +159,7 @@ def lobe_figures(speed_unit: str, quantity: Quantity) -> LobeFigures:
         one.add_tools(CrosshairTool(overlay=spans))
         plain(one)
     upper.xaxis.visible = False
-    upper.add_layout(_legend(list(keys.values())), "above")
+    upper.add_layout(legend_of(list(keys.values())), "above")
     readout = Div(text=IDLE, name="readout", styles={"font-size": "13px", "min-height": "22px"})
     told = {
         "source": sources["limit"],
@@ -185,7 +188,7 @@ def plain(one: Any) -> None:
         axis.major_label_text_font_size = "9pt"
 
 
-def _legend(keys: list[LegendItem]) -> Legend:
+def legend_of(keys: list[LegendItem]) -> Legend:
     """In rows above the frame."""
     made: Any = Legend
     return made(
@@ -211,8 +214,8 @@ def _sources() -> dict[str, Any]:
         "limit": _LINE | {name: np.zeros(0) for name in names},
         "ahead": _LINE,
         "stable": {"xs": [], "ys": []},
-        "lobes": _LINE | {"number": []},
-        "band": _EDGES,
+        "lobes": _LINE | {"number": [], "offset": []},
+        "band": {"xs": [], "ys": []},
         "point": _LINE,
         "next": {"speed": np.zeros(0)},
         **{outcome.name: _LINE for outcome in OUTCOMES},
@@ -224,7 +227,7 @@ def _draw_limit(upper: Any, lower: Any, sources: dict[str, Any]) -> dict[str, Le
     limit, keys = sources["limit"], {}
     stable = upper.patches("xs", "ys", source=sources["stable"], fill_color=STABLE, line_color=None)
     keys["stable"] = LegendItem(label="stable", renderers=[stable])
-    band = upper.varea("speed", "low", "high", source=sources["band"], color=BAND, alpha=0.6)
+    band = upper.patches("xs", "ys", source=sources["band"], fill_color=BAND, fill_alpha=0.6, line_color=None)
     keys["band"] = LegendItem(label=f"± {DEVIATIONS:g} standard deviations", renderers=[band])
     upper.line("speed", "gain", source=limit, color=GREY, line_width=0.8)
     for kind in KINDS:
@@ -235,8 +238,8 @@ def _draw_limit(upper: Any, lower: Any, sources: dict[str, Any]) -> dict[str, Le
         keys[kind.words] = LegendItem(label=NAME[kind], renderers=[line])
     ahead = upper.line("speed", "gain", source=sources["ahead"], color=PURPLE, line_dash="dashed", line_width=1.8)
     keys["ahead"] = LegendItem(label="predicted", renderers=[ahead])
-    text = {"text_align": "center", "text_baseline": "bottom", "text_font_size": "9pt", "text_color": GREY}
-    upper.text("speed", "gain", "number", source=sources["lobes"], y_offset=-4, **text)
+    text = {"text_align": "center", "text_baseline": "middle", "text_font_size": "9pt", "text_color": GREY}
+    upper.text("speed", "gain", "number", source=sources["lobes"], y_offset="offset", **text)
     return keys
 
 

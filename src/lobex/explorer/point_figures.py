@@ -4,12 +4,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from bokeh.models import ColumnDataSource, FactorRange, Range1d, Span
+from bokeh.models import ColumnDataSource, FactorRange, LegendItem, Range1d, Span
 from bokeh.plotting import figure
 from jaxtyping import Float
 
 from lobex.explorer.columns import bar_columns
-from lobex.explorer.lobe_figures import GREY, plain, symbol_of
+from lobex.explorer.lobe_figures import GREY, legend_of, plain, symbol_of
 from lobex.explorer.point import AtPoint
 from lobex.plots.limit_picture import COLOUR
 from lobex.processes.quantity import Quantity
@@ -27,16 +27,20 @@ _MICRO = 1e6
 
 @dataclass(eq=False)
 class PointFigures:
-    """Motion, spectrum and samples of a point, and their sources by name."""
+    """Motion, spectrum and samples of a point, their sources by name, and the entries of their legends."""
 
     motion: Any
     spectrum: Any
     samples: Any
     sources: dict[str, Any]
+    keys: list[LegendItem]
 
     def show(self, there: AtPoint) -> None:
         """Draw what was found."""
-        march = there.march
+        march, directions = there.march, there.march.displacement.shape[-1]
+        for key in self.keys:
+            # A single direction needs no name.
+            key.visible = 1 < directions > _AXES.index(str(key.label.value))
         time, moved = thinned(march.time * 1e3, march.displacement * _MICRO)
         self.sources["motion"].data = _by_axis("time", time, moved)
         frequency, size = there.spectrum()
@@ -59,7 +63,7 @@ def point_figures() -> PointFigures:
         "spectrum": ("frequency (Hz)", "amplitude (µm)"),
         "samples": ("period", "once per period (µm)"),
     }
-    made = {}
+    made, keys = {}, {name: [] for name in names}
     for name, (x, y) in labels.items():
         one: Any = figure(
             name=name,
@@ -74,10 +78,13 @@ def point_figures() -> PointFigures:
             if name == "samples":
                 one.scatter(names[name], axis, source=sources[name], size=4, color=colour)
             else:
-                one.line(names[name], axis, source=sources[name], color=colour, line_width=1)
+                line = one.line(names[name], axis, source=sources[name], color=colour, line_width=1)
+                keys[name].append(LegendItem(label=axis, renderers=[line]))
+        if keys[name]:
+            one.add_layout(legend_of(keys[name]), "above")
         plain(one)
         made[name] = one
-    return PointFigures(**made, sources=sources)
+    return PointFigures(**made, sources=sources, keys=[*keys["motion"], *keys["spectrum"]])
 
 
 @dataclass(eq=False)

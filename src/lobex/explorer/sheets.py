@@ -114,8 +114,9 @@ class Sheets:
             error = there.location_error
             lines.append(f"periodic motion: {there.orbit.status}")
             if error is not None:
-                shown = ", ".join(f"{1e6 * each:+.3f}" for each in error)
-                lines.append(f"surface location error: <b>{shown} µm</b>" + (" by tooth" if len(error) > 1 else ""))
+                alike = np.allclose(error, error[0], rtol=1e-9, atol=0)
+                shown = ", ".join(f"{1e6 * each:+.3f}" for each in (error[:1] if alike else error)).replace("-", "−")
+                lines.append(f"surface location error: <b>{shown} µm</b>" + ("" if alike else " by tooth"))
             else:
                 lines.append("a location error takes modes across the feed, too")
         self._about.object = "<br>".join(lines)
