@@ -15,6 +15,7 @@ import numpy as np
 from lobex.explorer.columns import limit_columns, predicted_columns, stable_columns
 from lobex.explorer.curves import first_look, limit_of, predicted, slopes_of
 from lobex.explorer.state import STARTS, State
+from lobex.explorer.warming import warmed
 from machine import machine
 
 HERE = Path(__file__).parent
@@ -100,6 +101,9 @@ def in_process() -> Iterator[tuple[str, np.ndarray, int]]:
         yield f"{kind}, 1,000 speeds in closed form: number to columns", *timed(drawn, kind, CHANGES)
     start = STARTS["milling"]
     slopes = slopes_of(start, limit_of(start))
+    # What a page compiles while it is left alone.
+    for _ in warmed(start):
+        pass
 
     def ahead(state: State) -> object:
         found = predicted(slopes, state)
@@ -139,9 +143,9 @@ def page() -> str:
         [
             "# How soon the explorer's curve follows a slider",
             "",
-            "Made by `python benchmarks/latency.py`: changes of one number at random, once the first three have compiled "
-            "all programs; milliseconds. In the browser the way through the websocket and Bokeh's drawing are in it, in "
-            "a Chromium that has neither window nor graphics card.",
+            "Made by `python benchmarks/latency.py`: changes of one number at random, in milliseconds, once all is "
+            "compiled. In the browser the way through the websocket and Bokeh's drawing are in it, in a Chromium that "
+            "has neither window nor graphics card.",
             "",
             "| what follows | median | 95th percentile | changes | programs compiled |",
             "|---|---|---|---|---|",

@@ -24,7 +24,7 @@ Columns = dict[str, np.ndarray]
 
 
 def limit_columns(limit: Limit, band: Band | None = None) -> Columns:
-    """Speed, gain and chatter frequency, the same by kind (NaN of other kinds), codes, and the edges of a band."""
+    """Speed, gain and chatter frequency, the same by kind (NaN of other kinds), codes, and edges of a band."""
     scale, size = speed_axis(limit.speed_unit)[0], limit.quantity.scale
     order = np.argsort(limit.speed)
     gain, frequency = np.asarray(limit.gain)[order] / size, np.asarray(limit.chatter_frequency)[order]
@@ -43,8 +43,8 @@ def limit_columns(limit: Limit, band: Band | None = None) -> Columns:
         reached = here | np.r_[False, here[:-1]]
         columns[kind.words] = np.where(reached, gain, np.nan)
         columns[f"frequency_{kind.words}"] = np.where(here, frequency, np.nan)
-    edges = (gain, gain) if band is None else (edge[order] / size for edge in band.interval(DEVIATIONS))
-    columns |= dict(zip(("low", "high"), edges, strict=True))
+    if band is not None:
+        columns["low"], columns["high"] = (edge[order] / size for edge in band.interval(DEVIATIONS))
     return columns
 
 

@@ -88,13 +88,15 @@ class LobeFigures:
 
     def show_ahead(self, columns: Columns | None) -> None:
         """Draw what a limit is thought to be while it is sought; None takes it away."""
-        self._draw("ahead", columns is not None)
-        self.sources["ahead"].data = dict(_LINE if columns is None else columns)
+        if columns is not None or self.keys["ahead"].visible:
+            self._draw("ahead", columns is not None)
+            self.sources["ahead"].data = dict(_LINE if columns is None else columns)
 
     def show_band(self, band: Band | None) -> None:
         """Draw the band of the limit that is drawn; None for none."""
-        self.sources["band"].data = band_columns(band)
-        self._draw("band", band is not None)
+        if band is not None or self.keys["band"].visible:
+            self.sources["band"].data = band_columns(band)
+            self._draw("band", band is not None)
 
     def show_point(self, speed: float, gain: float) -> None:
         """Mark a point, in the units of the axes."""
@@ -208,7 +210,7 @@ def legend_of(keys: list[LegendItem]) -> Legend:
 
 
 def _sources() -> dict[str, Any]:
-    names = ["frequency", "kind", "status", "lobe", "low", "high"]
+    names = ["frequency", "kind", "status", "lobe"]
     names += [kind.words for kind in KINDS] + [f"frequency_{kind.words}" for kind in KINDS]
     empty: dict[str, Any] = {
         "limit": _LINE | {name: np.zeros(0) for name in names},

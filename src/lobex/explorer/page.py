@@ -3,6 +3,7 @@
 import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from threading import Timer
 from typing import Any
 
 import numpy as np
@@ -26,9 +27,11 @@ from lobex.results.band import Band
 from lobex.results.limit import Limit
 
 # In the order in which they are done.
-_KINDS = ("limit", "point", "advice", "slopes", "warm")
-# After the last change of a number, s: while a slider moves the limit alone is drawn.
-_AFTER = {"slopes": 0.25, "warm": 1.0}
+_KINDS = ("limit", "point", "advice", "slopes", "address", "warm")
+# After the last change of a number, s: while a slider moves the limit alone is drawn, and what takes less than some
+# tenths of a second is not announced.
+_AFTER = {"slopes": 0.25, "address": 0.3, "warm": 1.0}
+_ANNOUNCED = 0.3
 _QUANTITIES = {"rub": CONTACT_STIFFNESS, "turning": DEPTH_OF_CUT, "milling": DEPTH_OF_CUT}
 _SPEED_UNITS = {"rub": "Hz", "turning": "rpm", "milling": "rpm"}
 _READY, _BUSY = "ready", "computing …"
@@ -59,8 +62,11 @@ class Explorer(pn.viewable.Viewer):
         self._doubting = False
         document = pn.state.curdoc
         self._document = document if document is not None and document.session_context is not None else None
+        self._busy_words = _BUSY
         self._location = pn.state.location if self._document is not None else None
         self.worker = Worker(_KINDS, self._failed, self._tell_busy)
+        self._announced: Timer | None = None
+        self._words = _READY
         self._status = pn.pane.HTML(_READY, width=300, margin=(8, 8), name="status")
         self._message = pn.pane.HTML("", sizing_mode="stretch_width", margin=(0, 8), name="message")
         kinds = pn.widgets.RadioButtonGroup(options=list(STARTS), value=state.kind, margin=(4, 8), width=260)
@@ -190,7 +196,9 @@ class Explorer(pn.viewable.Viewer):
         if ahead is not None:
             self.figures.show_ahead(predicted_columns(ahead, self.speed_unit, self.quantity))
         known = self.slopes is not None and recipe_of(state).sizes == self.slopes.recipe.sizes
-        self._busy_words = _BUSY if known or self.limit is None else _SIZES
+        self._busy_words = _BUSY if known or self.slopes is None else _SIZES
+        if self._busy_words == _SIZES:
+            self._show_busy(_SIZES)
         self.worker.forget("slopes")
         self.worker.forget("warm")
         self.worker.ask("limit", lambda: self._find_limit(state, response, ahead is not None))
@@ -321,7 +329,11 @@ class Explorer(pn.viewable.Viewer):
     def _keep_address(self) -> None:
         """The address holds the state, so that it can be kept and sent."""
         if self._location is not None:
-            self._location.search = f"?{query_of(self.state)}"
+            self.worker.ask("address", self._tell_address, _AFTER["address"])
+
+    def _tell_address(self) -> Iterator[None]:
+        self._post(lambda: self._location.param.update(search=f"?{query_of(self.state)}"))
+        yield
 
     def _post(self, show: Callable[[], None]) -> None:
         """Change the page from the thread that computes."""
@@ -329,18 +341,32 @@ class Explorer(pn.viewable.Viewer):
             show()
             # A notebook does not hear of what changes in a figure by itself.
             pn.io.push_notebook(*self.panes, *self.sheets.panes)
-        else:
-            self._document.add_next_tick_callback(show)
+            return
+
+        def at_once() -> None:
+            # In one message, of which the browser makes one frame.
+            with pn.io.hold(self._document):
+                show()
+
+        self._document.add_next_tick_callback(at_once)
 
     def _failed(self, error: Exception) -> None:
         text = str(error) if isinstance(error, ValueError) else f"{type(error).__name__}: {error}"
         self._post(lambda: self.say(text))
 
     def _tell_busy(self, busy: bool) -> None:
-        words = getattr(self, "_busy_words", _BUSY) if busy else _READY
-        self._post(lambda: self._show_busy(words))
+        if busy and self._announced is None:
+            self._announced = Timer(_ANNOUNCED, lambda: self._post(lambda: self._show_busy(self._busy_words)))
+            self._announced.daemon = True
+            self._announced.start()
+        elif not busy and self._announced is not None:
+            self._announced.cancel()
+            self._announced = None
+            if self._words != _READY:
+                self._post(lambda: self._show_busy(_READY))
 
     def _show_busy(self, words: str) -> None:
+        self._words = words
         colour = "#3b7a3b" if words == _READY else "#8a5a00"
         self._status.object = f'<span style="color:{colour}">● {words}</span>'
 
