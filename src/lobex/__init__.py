@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from lobex.characteristic.method import CharacteristicRoots
     from lobex.contact.casing import Casing
     from lobex.contact.laws import Bilinear, Cubic, KelvinVoigt, Linear, Plastic, Power, Threshold
-    from lobex.contact.laws import Cubic, Linear, Plastic, Power, Threshold
     from lobex.explorer.notebook import explore
     from lobex.files import load
     from lobex.grids.choice import Auto

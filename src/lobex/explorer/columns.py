@@ -111,7 +111,7 @@ def lobe_columns(limit: Limit, top: float) -> dict[str, Any]:
         if not kept or place[0] - kept[-1][0] > spread:
             kept.append(place)
     shown = {name: [place[i] for place in kept] for i, name in enumerate(("speed", "gain", "number"))}
-    return shown | {"offset": [11 if low > _NEXT * top else -11 for low in shown["gain"]]}
+    return shown | {"offset": [11 if low > _NEXT * top else -11 for _, low, _ in kept]}
 
 
 def bar_columns(table: Sensitivities, speed: float | None) -> tuple[dict[str, Any], float]:

@@ -332,7 +332,12 @@ class Explorer(pn.viewable.Viewer):
             self.worker.ask("address", self._tell_address, _AFTER["address"])
 
     def _tell_address(self) -> Iterator[None]:
-        self._post(lambda: self._location.param.update(search=f"?{query_of(self.state)}"))
+        location: Any = self._location
+
+        def show() -> None:
+            location.param.update(search=f"?{query_of(self.state)}")
+
+        self._post(show)
         yield
 
     def _post(self, show: Callable[[], None]) -> None:

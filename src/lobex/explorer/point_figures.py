@@ -40,7 +40,8 @@ class PointFigures:
         march, directions = there.march, there.march.displacement.shape[-1]
         for key in self.keys:
             # A single direction needs no name.
-            key.visible = 1 < directions > _AXES.index(str(key.label.value))
+            label: Any = key.label
+            key.visible = 1 < directions > _AXES.index(str(label.value))
         time, moved = thinned(march.time * 1e3, march.displacement * _MICRO)
         self.sources["motion"].data = _by_axis("time", time, moved)
         frequency, size = there.spectrum()

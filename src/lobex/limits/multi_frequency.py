@@ -10,6 +10,7 @@ from scipy.optimize import brentq, linear_sum_assignment
 from lobex import _checks
 from lobex._float64 import in_float64
 from lobex._timing import timed
+from lobex.limits.chattering_mode import no_labels
 from lobex.limits.receptance_matrix import MatrixCurve
 from lobex.processes.milling import Milling
 from lobex.processes.plausible import warn_of_implausible
@@ -123,6 +124,7 @@ def _limit(process: Any, speed: Any, reach: tuple[Any] | None, method: str) -> L
         kind_code=np.array([one.kind if one else Kind.NONE for one in found], dtype=np.int8),
         status_code=np.array([Status.FOUND if one else missing for one in found], dtype=np.int8),
         intervals=np.stack([np.where(np.isfinite(gain), 0.0, np.nan), gain], axis=1)[:, None],
+        **no_labels(len(speeds))._asdict(),
         error=np.full(len(speeds), np.nan),
         bounds=(0.0, np.inf),
         quantity=quantity_of(process),

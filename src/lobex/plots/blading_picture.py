@@ -4,6 +4,7 @@ from typing import TYPE_CHECKING
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.colors import Normalize
 
 from lobex.plots.frame import one_of
 from lobex.plots.pooling import speed_order
@@ -31,7 +32,7 @@ def plot_blading(march: "BladingWear", ax: "Axes | None") -> "Axes":
         ax.plot(speed, peak[:, contact], color=colour, linewidth=1.0, label=label)
     ax.plot(speed, peak.mean(axis=1), color="k", linewidth=1.6, linestyle="--", label="mean of all")
     if contacts > _NAMED:
-        scale = plt.cm.ScalarMappable(plt.Normalize(1, march.blades), plt.get_cmap("viridis", march.blades))
+        scale = plt.cm.ScalarMappable(Normalize(1, march.blades), plt.get_cmap("viridis", march.blades))
         ax.figure.colorbar(scale, ax=ax, pad=0.02).set_label("blade")
     ax.set_xlim(speed[0], speed[-1])
     ax.set_ylim(bottom=0)
