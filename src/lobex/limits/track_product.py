@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import jax
 import numpy as np
-from jaxtyping import Bool, Complex, Float
+from jaxtyping import Bool, Complex, Float, Int
 
 from lobex import _checks
 from lobex._namespace import namespace
@@ -24,11 +24,14 @@ _RESOLVED = 1e-3
 _ROUNDS = 60
 # Of ω, the distance from which on two branches that end together meet.
 _MEETING = 1e-12
-# Where the factor of a blade is looked at, around its least value in units of the width of its dip.
-_AROUND = np.array([-3.0, -1.0, 0.0, 1.0, 3.0])
-# And in units of that place: of equal blades twice that is the limit itself.
-_BESIDE = np.array([1e-3, 1.7, 2.3])
-_HALVINGS, _STEPS = 10, 8
+# Parts of the axis of x, each half of the next, with which the search for all branches begins, and of x the width of a
+# part that is not divided further.
+_OCTAVES, _NARROW = 10, 1e-9
+_DIVISIONS = 60
+_HALVINGS, _STEPS = 12, 8
+# Of the slowest decay of a mode, the distance of points on the axis of ω up to so many times the highest frequency,
+# unless they become too many.
+_STEP, _TOP, _MOST_POINTS = 0.5, 1.5, 20_000
 # Of the best one, how near other places come to it that are settled as well, and how many.
 _NEAR, _MOST = 0.02, 16
 _TIE = 1e-9
@@ -103,16 +106,16 @@ def _arcs(sections: Sections) -> tuple[Points, Points]:
     """Parts of the curves, by their first and last points, (5, arcs) each: between them cubics in ω serve, x has no
     extremum, and the turns go on.
     """
-    curve = ModalCurve(jax.tree.map(lambda part: np.ravel(np.asarray(part)), sections))
-    row, offset = curve.grid()
-    omega = np.unique(curve.anchor[row] + offset)
-    omega = omega[omega > 0]
-    every = _points(sections, omega)
-    low, high, left, right = omega[:-1], omega[1:], every[:, :-1], every[:, 1:]
+    omega = _axis(sections)
+    # Every other point is the first middle of its neighbours.
+    every, between = _points(sections, omega), omega[1::2]
+    low, high, left, right = omega[:-1:2], omega[2::2], every[:, :-1:2], every[:, 2::2]
+    middle: Any = every[:, 1::2]
     done = []
     for _ in range(_ROUNDS):
-        between = (low + high) / 2
-        middle = _points(sections, between)
+        if middle is None:
+            between = (low + high) / 2
+            middle = _points(sections, between)
         left, middle, right = _of_one_width(left, middle, right)
         good = _resolved(left, middle, right)
         done += [(left[:, good], middle[:, good]), (middle[:, good], right[:, good])]
@@ -122,55 +125,110 @@ def _arcs(sections: Sections) -> tuple[Points, Points]:
         left = np.concatenate([left[:, again], middle[:, again]], axis=1)
         right = np.concatenate([middle[:, again], right[:, again]], axis=1)
         low, high = (np.concatenate(pair) for pair in ((low[again], between[again]), (between[again], high[again])))
+        middle = None
     ends = [[end[:, np.isfinite(pair[0][1])] for end in pair] for pair in done]
     first, last = (np.concatenate(part, axis=1) for part in zip(*ends, strict=True))
     last[2] = first[2] + _onwards(first, last)
     return _without_extrema(first, last)
 
 
+def _axis(sections: Sections) -> Float[np.ndarray, " p"]:
+    """Frequencies, an odd number, at which no branch is passed by: all poles and zeros of the factors decay about as
+    fast as the modes, and so their features are as wide.
+    """
+    curve = ModalCurve(jax.tree.map(lambda part: np.ravel(np.asarray(part)), sections))
+    row, offset = curve.grid()
+    own = np.asarray(sections.angular_frequency)
+    top, decay = _TOP * np.max(own), np.min(own * np.asarray(sections.damping_ratio))
+    even = np.linspace(0.0, top, 2 + int(min(top / (_STEP * decay), _MOST_POINTS)))
+    omega = np.unique(np.concatenate([curve.anchor[row] + offset, even]))
+    omega = omega[omega > 0]
+    return omega if len(omega) % 2 else omega[:-1]
+
+
 def _points(sections: Sections, omega: Float[np.ndarray, " p"]) -> Float[np.ndarray, "5 p r"]:
     """All branches at ω, (p,), in the order of x."""
     inverse: Any = _inverse(sections, omega)[0]
     real, size = inverse.real, np.abs(inverse) ** 2
-    with np.errstate(all="ignore"):
-        place, width = -real / size, np.abs(inverse.imag) / size
-        tried = place[:, :, None] + width[:, :, None] * _AROUND
-        tried = np.concatenate([tried, place[:, :, None] * _BESIDE], axis=2)
-        tried = np.where((place[:, :, None] > 0) & (tried > 0), tried, np.nan).reshape(len(omega), -1)
-    # Beyond twice the last place every factor is above 1; what is no number comes last.
-    tried = np.sort(np.append(tried, 2.5 * np.max(np.nan_to_num(tried), axis=1, keepdims=True), axis=1), axis=1)
-    tried[tried == 0] = np.nan
-    tried = np.sort(tried, axis=1)
-    sign = np.sign(_excess(real[:, None], size[:, None], tried))
-    # Where x vanishes, that of the slope.
-    change = np.concatenate(
-        [sign[:, :1] != np.sign(np.sum(real, axis=1))[:, None], sign[:, 1:] != sign[:, :-1]], axis=1
-    )
-    change &= np.isfinite(tried)
-    point, column = np.nonzero(change)
-    below = np.where(column == 0, 0.0, tried[point, np.maximum(column - 1, 0)])
-    x = _root(real[point], size[point], below, tried[point, column])
-    branches = max(int(change.sum(axis=1).max(initial=0)), 1)
+    point, low, high = _brackets(real, size)
+    x = _root(real[point], size[point], low, high)
+    branches = max(int(np.bincount(point, minlength=1).max(initial=0)), 1)
+    order = np.lexsort((x, point))
+    point, x = point[order], x[order]
+    column = np.arange(len(point)) - np.searchsorted(point, point)
     found = np.full((5, len(omega), branches), np.nan)
-    order = np.cumsum(change, axis=1)[point, column] - 1
     value, by_omega, by_x = _logarithm(sections, omega[point], x)
-    x_slope = -by_omega.real / by_x.real
+    # At the end of two branches there is none.
+    slope = np.where(by_x.real == 0, np.nan, by_x.real)
+    x_slope = -by_omega.real / slope
     turns = np.mod(value.imag / (2 * np.pi), 1.0)
     turn_slope = (by_omega.imag + by_x.imag * x_slope) / (2 * np.pi)
-    found[:, point, order] = omega[point], x, turns, x_slope, turn_slope
+    found[:, point, column] = omega[point], x, turns, x_slope, turn_slope
     return found
 
 
-def _excess(
-    real: Float[np.ndarray, "*p N"], size: Float[np.ndarray, "*p N"], x: Float[np.ndarray, " *p"]
-) -> Float[np.ndarray, " *p"]:
-    """∏ |1 + x/Gⱼ|² − 1."""
-    product = np.ones(np.shape(x))
-    with np.errstate(over="ignore", invalid="ignore"):
+def _brackets(
+    real: Float[np.ndarray, "p N"], size: Float[np.ndarray, "p N"]
+) -> tuple[Int[np.ndarray, " b"], Float[np.ndarray, " b"], Float[np.ndarray, " b"]]:
+    """Of each point, parts of the axis of x in which the modulus of the product passes 1 once, and all of them.
+
+    Between bounds of its factors, which are quadratic in x, a part is left out where the modulus stays on one side of
+    1, kept where it rises or falls all along, and divided else.
+    """
+    with np.errstate(all="ignore"):
+        # From twice its least place on every factor is above 1.
+        last = 2.1 * np.max(np.nan_to_num(np.where(real < 0, -real / size, 0.0)), axis=1)
+    reached = np.flatnonzero(last > 0)
+    ends = 2.0 ** -np.arange(_OCTAVES, -1, -1.0)
+    point = np.repeat(reached, _OCTAVES + 1)
+    low = (last[reached, None] * np.append(0.0, ends[:-1])).ravel()
+    high = (last[reached, None] * ends).ravel()
+    done: list[tuple[Any, Any, Any]] = []
+    for _ in range(_DIVISIONS):
+        if not len(point):
+            break
+        least, most, falling, rising, before, after = _bounds(real, size, point, low, high)
+        # Where x vanishes the modulus is 1, and on the side of its slope.
+        start = np.where(low == 0, np.sum(real[point], axis=1), before)
+        open_ = ~((least > 0) | (most < 0))
+        settled = falling | rising | (high - low <= _NARROW * high) | (high <= _NARROW * last[point])
+        kept = open_ & settled & (np.sign(start) != np.sign(after))
+        done.append((point[kept], low[kept], high[kept]))
+        again = open_ & ~settled
+        point, low, high = point[again], low[again], high[again]
+        middle = (low + high) / 2
+        point, low, high = (np.concatenate(pair) for pair in ((point, point), (low, middle), (middle, high)))
+    found, starts, stops = (np.concatenate(part) for part in zip(*done, strict=True)) if done else (point, low, high)
+    return found, starts, stops
+
+
+def _bounds(
+    real: Float[np.ndarray, "p N"],
+    size: Float[np.ndarray, "p N"],
+    point: Int[np.ndarray, " b"],
+    low: Float[np.ndarray, " b"],
+    high: Float[np.ndarray, " b"],
+) -> tuple[Any, ...]:
+    """Of ln ∏ |1 + x/Gⱼ|² in parts (b,): the least and the most that it may be, whether it falls or rises all along,
+    and its values at the ends.
+    """
+    none = np.zeros(len(point))
+    least, most, slope_least, slope_most, before, after = (none.copy() for _ in range(6))
+    with np.errstate(all="ignore"):
         # One blade after the other: all of them at once would not stay in cache.
-        for j in range(np.shape(real)[-1]):
-            product *= 1 + x * (2 * real[..., j] + x * size[..., j])
-    return product - 1
+        for j in range(np.shape(real)[1]):
+            a, b = real[point, j], size[point, j]
+            first, last = (1 + x * (2 * a + x * b) for x in (low, high))
+            lowest = np.where((-a > low * b) & (-a < high * b), 1 - a * a / b, np.minimum(first, last))
+            highest = np.maximum(first, last)
+            steep = 2 * (a + low * b), 2 * (a + high * b)
+            before += np.log(first)
+            after += np.log(last)
+            least += np.log(lowest)
+            most += np.log(highest)
+            slope_least += np.where(steep[0] < 0, steep[0] / lowest, steep[0] / highest)
+            slope_most += np.where(steep[1] > 0, steep[1] / lowest, steep[1] / highest)
+    return least, most, slope_most < 0, slope_least > 0, before, after
 
 
 def _root(
@@ -179,18 +237,20 @@ def _root(
     low: Float[np.ndarray, " p"],
     high: Float[np.ndarray, " p"],
 ) -> Float[np.ndarray, " p"]:
-    """The x between two at which the product's modulus passes 1, by halving and then by Newton's method."""
-    after, x = np.sign(_excess(real, size, high)), (low + high) / 2
-    for halving in range(_HALVINGS + _STEPS):
+    """The x between two at which the product's modulus passes 1, by Newton's method within halves."""
+
+    def value_of(x: Float[np.ndarray, " p"]) -> tuple[Any, Any]:
         factor = 1 + x[:, None] * (2 * real + x[:, None] * size)
-        with np.errstate(all="ignore"):
-            value = np.sum(np.log(factor), axis=1)
-            step = x - value / np.sum((2 * real + 2 * x[:, None] * size) / factor, axis=1)
-        same = np.sign(value) == after
-        low, high = np.where(same, low, x), np.where(same, x, high)
-        middle = np.where(low > 0, np.sqrt(low * high), high / 8)
-        newton = (step > low) & (step < high) & (halving >= _HALVINGS)
-        x = np.where(newton, step, middle)
+        return np.sum(np.log(factor), axis=1), np.sum((2 * real + 2 * x[:, None] * size) / factor, axis=1)
+
+    with np.errstate(all="ignore"):
+        after, x = np.sign(value_of(high)[0]), (low + high) / 2
+        for _ in range(_HALVINGS + _STEPS):
+            value, slope = value_of(x)
+            same = np.sign(value) == after
+            low, high = np.where(same, low, x), np.where(same, x, high)
+            step = x - value / slope
+            x = np.where((step > low) & (step < high), step, (low + high) / 2)
     return x
 
 
