@@ -10,7 +10,7 @@ from lobex import _checks
 from lobex._warnings import warn
 from lobex.limits.measurement import NO_DRIVING_POINT, as_receptance, named, oddity, other_reading
 from lobex.measured.array_files import arrays_of
-from lobex.measured.columns import samples_of
+from lobex.measured.column_roles import samples_of
 from lobex.measured.frf import Frf, names_of
 from lobex.measured.named_arrays import samples_of_arrays
 from lobex.measured.response_units import ResponseUnit, check_frequency_unit, check_response_unit, with_measured

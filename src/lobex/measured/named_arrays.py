@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from lobex import _checks
-from lobex.measured.columns import samples_of
+from lobex.measured.column_roles import samples_of
 from lobex.measured.response_units import frequency_scale, response_unit
 from lobex.measured.samples import Samples
 from lobex.measured.text_table import TextTable
