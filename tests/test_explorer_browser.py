@@ -123,7 +123,7 @@ def test_the_cursor_reads_the_diagram(page):
 
     text = browsers.until(page, told, "text")
     assert "the limit of" in text
-    assert "Hopf (complex pair)" in text
+    assert "mm</b>, Hopf, chatter at" in text
 
 
 def test_a_click_marches_the_motion_there(page):

@@ -350,8 +350,11 @@ class Explorer(pn.viewable.Viewer):
 
         def at_once() -> None:
             # In one message, of which the browser makes one frame.
-            with pn.io.hold(self._document):
+            self._document.hold("combine")
+            try:
                 show()
+            finally:
+                self._document.unhold()
 
         self._document.add_next_tick_callback(at_once)
 
