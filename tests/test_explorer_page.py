@@ -1,5 +1,6 @@
 """The page without a browser: widgets change the state, the figures follow, and numbers compile nothing."""
 
+import html
 from dataclasses import replace
 
 import jax
@@ -7,7 +8,7 @@ import numpy as np
 import pytest
 
 import lobex
-from lobex.explorer.files_read import MOST_BYTES, read_model
+from lobex.explorer.files_read import KINDS, MOST_BYTES, read_model
 from lobex.explorer.page import Explorer
 from lobex.explorer.serving import free_port
 from lobex.explorer.state import STARTS, Mode, Point, Rod, Table
@@ -178,7 +179,7 @@ def test_files_are_limited_and_their_names_lead_nowhere():
         b"[[modes]]\naxis = 'x'\nfrequency = 300.0\ndamping_ratio = 0.02\nmass = 1.5\n"
         b"[force]\ntangential = 6e8\nnormal = 2e8\n"
     )
-    state, told = read_model("tool.toml", tool, STARTS["turning"])
+    state, told, _ = read_model("tool.toml", tool, STARTS["turning"])
     assert told == ""
     assert state.structure == Table((Mode(300.0, 0.02, 1.5),))
     assert state.numbers.radial == 2e8
@@ -276,3 +277,70 @@ def test_milling_is_predicted_looked_at_and_polished():
     np.testing.assert_array_equal(there, np.isfinite(drawn(page)["gain"]))
     assert drawn(page)["gain"][there] == pytest.approx(known.gain[there] / 1e-3, rel=1e-8)
     page.close()
+
+
+MEASURED = pytest.mark.skipif(not hasattr(lobex, "read_frf"), reason="lobex reads no responses yet")
+
+
+def response_of(modes):
+    """The receptance of modes as a table, from 50 to 250 Hz."""
+    frequency = np.arange(50.0, 250.0, 0.5)
+    omega, own = 2 * np.pi * frequency[:, None], modes.angular_frequency
+    value = np.sum(modes.shape[:, 0] ** 2 / (own**2 - omega**2 + 2j * modes.damping_ratio * own * omega), axis=1)
+    rows = [f"{f!r},{v.real!r},{v.imag!r}" for f, v in zip(frequency.tolist(), value.tolist(), strict=True)]
+    return "\n".join(["Frequency [Hz],Real xx [m/N],Imag xx [m/N]", *rows]).encode()
+
+
+@MEASURED
+def test_a_measured_response_is_fitted_or_taken_as_it_is(turning, tmp_path, monkeypatch):
+    tool = lobex.Modes.single(frequency=146.5, damping_ratio=0.02, mass=2.573)
+    content = response_of(tool)
+    known = lobex.Turning(tool, radial=2e8)
+    turning.load(replace(STARTS["turning"], view=replace(STARTS["turning"].view, speeds=SPEEDS)))
+    turning.sheets.take_model("tap.csv", content, KINDS[1])
+    assert turning.settle()
+    (mode,) = turning.state.structure.modes
+    assert (mode.frequency, mode.damping_ratio, mode.mass) == pytest.approx((146.5, 0.02, 2.573), rel=1e-6)
+    assert "ModalFit" in turning.sheets.note.object
+    turning.sheets.take_model("tap.csv", content, KINDS[2])
+    assert turning.settle()
+    exact = lobex.exact_limit(known, turning.limit.speed)
+    there = np.isfinite(turning.limit.gain)
+    assert there.sum() > 30
+    assert turning.limit.gain[there] == pytest.approx(exact.gain[there], rel=1e-4)
+    # The script reads the file that lies beside it.
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "tap.csv").write_bytes(content)
+    exec(compile(turning.sheets.taken["py"](), "script.py", "exec"), names := {})
+    np.testing.assert_array_equal(names["limit"].gain, turning.limit.gain)
+    # A link tells of the file, and does not hold it.
+    again = Explorer(turning.state)
+    assert "give the file 'tap.csv' of the measured response again" in html.unescape(again._message.object)
+
+
+@MEASURED
+def test_a_list_of_cuts_is_read_from_a_file(turning):
+    turning.load(replace(STARTS["turning"], view=replace(STARTS["turning"].view, speeds=SPEEDS)))
+    turning.sheets._cuts_of_file("cuts.csv", b"speed [rpm],depth [mm],chatter\n7000,0.001,no\n")
+    assert turning.settle()
+    assert turning.sheets._score.object.startswith("<b>1 of 1</b>")
+    turning.sheets._cuts_of_file("cuts.csv", b"speed,depth,chatter\n7000,0.001,no\n")
+    assert "unit" in turning._message.object
+
+
+def test_the_shell_refuses_what_it_cannot_show(shell):
+    assert "process = 'lathe' is unknown" in shell.refuses("explore", "lathe")
+    assert "port = 99999 is none" in shell.refuses("explore", "--port", "99999", "--no-show")
+    assert "'tool.toml' is no file" in shell.refuses("explore", "turning", "--tool", "tool.toml")
+    assert "tool = 'tool.toml' is of turning or milling" in shell.refuses("explore", "--tool", "tool.toml")
+    assert "drop one of the two" in shell.refuses("explore", "turning", "--tool", "a.toml", "--frf", "a.csv")
+
+
+def test_a_process_of_ones_own_is_explored():
+    tool = lobex.Modes.single(frequency=300.0, damping_ratio=0.02, mass=2.0)
+    explorer = lobex.explore(lobex.Turning(tool, radial=5e8), speed=(50, 200), gain=(0, 1e-3))
+    assert (explorer.state.view.speed_low, explorer.state.view.gain_high) == (50.0, 1e-3)
+    assert explorer.state.structure == Table((Mode(300.0, 0.02, 2.0),))
+    explorer.close()
+    with refused("process = 'lathe' is unknown"):
+        lobex.explore("lathe")

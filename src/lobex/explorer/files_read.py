@@ -3,28 +3,48 @@
 They are small and hold text and numbers alone; none of their readers runs what is in them.
 """
 
+import hashlib
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 import lobex
 from lobex.explorer.started import state_of, table_of
-from lobex.explorer.state import MillingNumbers, State, Table, TurningNumbers
+from lobex.explorer.state import Measured, MillingNumbers, State, Table, TurningNumbers
 from lobex.explorer.tried_cuts import MOST_CUTS, Cuts
 
 MOST_BYTES = 8_000_000
-TOOL, RESPONSE, MODES = KINDS = ("tool (TOML)", "measured response", "modal table")
+TOOL, FITTED, AS_IT_IS, MODES = KINDS = (
+    "tool (TOML)",
+    "measured response, fitted",
+    "measured response, as it is",
+    "modal table",
+)
 UNITS = ("as the file says", "m/N", "um/N", "m/s/N", "m/s^2/N", "g/N")
 _SHOWN = 60
 
 
-def read_model(name: str, content: bytes, state: State, kind: str = TOOL, unit: str = UNITS[0]) -> tuple[State, str]:
-    """The state with what a file says in the place of its structure, and what is to be told of that.
+class Read(NamedTuple):
+    """A state with what a file says in the place of its structure.
+
+    Attributes:
+        state: itself.
+        told: what is to be said of the file.
+        response: the ``lobex.Receptance``, where it is taken as it is.
+    """
+
+    state: State
+    told: str = ""
+    response: Any = None
+
+
+def read_model(name: str, content: bytes, state: State, kind: str = TOOL, unit: str = UNITS[0]) -> Read:
+    """What a file says in the place of a state's structure.
 
     Args:
         name: of the file, whose ending tells its format.
@@ -38,8 +58,10 @@ def read_model(name: str, content: bytes, state: State, kind: str = TOOL, unit: 
     """
     with _file(name, content) as path:
         if kind == TOOL:
-            return of_tool(path, state), ""
-        return of_response(path, state, unit) if kind == RESPONSE else (of_table(path, state), "")
+            return Read(of_tool(path, state))
+        if kind == AS_IT_IS:
+            return _as_it_is(name, content, path, state, unit)
+        return Read(*of_response(path, state, unit)) if kind == FITTED else Read(of_table(path, state))
 
 
 def of_tool(path: Path, state: State) -> State:
@@ -60,6 +82,15 @@ def of_response(path: Path, state: State, unit: str = UNITS[0]) -> tuple[State, 
     fit = _reader("read_frf")(path, unit=None if unit == UNITS[0] else unit).fit()
     shown = _with_table(state, table_of(fit.modes))
     return replace(shown, deviation=_deviation(fit.relative_standard_deviation)), repr(fit)
+
+
+def _as_it_is(name: str, content: bytes, path: Path, state: State, unit: str) -> Read:
+    """The state with a measured response in the place of modes."""
+    said = "" if unit == UNITS[0] else unit
+    frf = _reader("read_frf")(path, unit=said or None)
+    structure = Measured(Path(name).name, hashlib.sha256(content).hexdigest(), said)
+    shown = replace(state, structure=structure, deviation=(), point=None, heard=None)
+    return Read(shown, repr(frf), frf.receptance())
 
 
 def of_table(path: Path, state: State) -> State:

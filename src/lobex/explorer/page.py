@@ -190,7 +190,7 @@ class Explorer(pn.viewable.Viewer):
         """Ask for the limit of the state."""
         state, response = self.state, self.response
         if isinstance(state.structure, Measured) and response is None:
-            self.say(f"give the file {state.structure.file} of the measured response again: a link does not hold it")
+            self.say(f"give the file {state.structure.file!r} of the measured response again: a link does not hold it")
             return
         ahead = None if self.slopes is None or in_closed_form(state) else predicted(self.slopes, state)
         if ahead is not None:

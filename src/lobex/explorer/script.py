@@ -40,6 +40,7 @@ def script_of(state: State, there: AtPoint | None = None) -> str:
 def _measurement(structure: Measured) -> str:
     """Reads the file of the response, which must be the one of the screen."""
     name = in_python(structure.file)
+    unit = f", unit={in_python(structure.unit)}" if structure.unit else ""
     return "\n".join(
         [
             "import hashlib",
@@ -48,7 +49,7 @@ def _measurement(structure: Measured) -> str:
             f"file = Path({name})",
             f'if hashlib.sha256(file.read_bytes()).hexdigest() != "{structure.digest}":',
             '    raise SystemExit(f"{file} is not the file of the screen")',
-            f'numbers["{MEASURED}"] = lobex.read_frf(file).receptance()',
+            f'numbers["{MEASURED}"] = lobex.read_frf(file{unit}).receptance()',
         ]
     )
 

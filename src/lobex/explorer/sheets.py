@@ -257,7 +257,7 @@ class Sheets:
     def _files(self) -> Any:
         kind = pn.widgets.Select(label="it holds", options=list(KINDS), width=180)
         unit = pn.widgets.Select(label="response over force", options=list(UNITS), width=180, visible=False)
-        kind.param.watch(lambda event: unit.param.update(visible=event.new == KINDS[1]), "value")
+        kind.param.watch(lambda event: unit.param.update(visible="response" in event.new), "value")
         model = pn.widgets.FileInput(accept=_MODELS, width=_WIDE - 60)
         model.param.watch(
             lambda event: event.new and self.take_model(model.filename, event.new, kind.value, unit.value), "value"
@@ -308,11 +308,14 @@ class Sheets:
         with warnings.catch_warnings(record=True) as told:
             warnings.simplefilter("always", LobexWarning)
             try:
-                state, note = read_model(name, content, page.state, kind, unit)
+                read = read_model(name, content, page.state, kind, unit)
             except ValueError as error:
                 page.say(str(error))
                 return
-        page.load(state)
+        if isinstance(read.state.structure, Measured):
+            page.responses[read.state.structure.digest] = read.response
+        note = read.told
+        page.load(read.state)
         # What stands on the page now are other sheets.
         page.sheets.note.object = f"<pre>{escape(note)}</pre>" if note else ""
         page.sheets.tabs.active = 3 if note else 0

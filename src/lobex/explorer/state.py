@@ -88,10 +88,12 @@ class Measured:
     Attributes:
         file: its name.
         digest: SHA-256 of its content, in hexadecimal digits.
+        unit: of the response over the force, as ``lobex.read_frf`` takes it; "" for what the file says.
     """
 
     file: str
     digest: str
+    unit: str = ""
 
     name: ClassVar[str] = "measured"
 
