@@ -61,9 +61,9 @@ class Explorer(pn.viewable.Viewer):
         self._left: dict[str, State] = {}
         self._doubting = False
         document = pn.state.curdoc
-        self._document = document if document is not None and document.session_context is not None else None
+        self._document: Any = document if document is not None and document.session_context is not None else None
         self._busy_words = _BUSY
-        self._location = pn.state.location if self._document is not None else None
+        self._location: Any = pn.state.location if self._document is not None else None
         self.worker = Worker(_KINDS, self._failed, self._tell_busy)
         self._announced: Timer | None = None
         self._words = _READY
