@@ -12,8 +12,8 @@ from pathlib import Path
 import jax
 import numpy as np
 
-from lobex.explorer.columns import limit_columns, predicted_columns, stable_columns
 from lobex.explorer.curves import first_look, limit_of, predicted, slopes_of
+from lobex.explorer.drawn_columns import limit_columns, predicted_columns, stable_columns
 from lobex.explorer.state import STARTS, State
 from lobex.explorer.warming import warmed
 from machine import machine

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import lobex
-from lobex.explorer.columns import bar_columns, limit_columns, lobe_columns, stable_columns
 from lobex.explorer.curves import first_look, in_closed_form, limit_of, predicted, slopes_of
+from lobex.explorer.drawn_columns import bar_columns, limit_columns, lobe_columns, stable_columns
 from lobex.explorer.point import at_point
 from lobex.explorer.recipes import process_of
 from lobex.explorer.state import STARTS, Mode, Point, Table, TurningNumbers

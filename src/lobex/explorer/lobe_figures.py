@@ -8,7 +8,7 @@ from bokeh.models import ColumnDataSource, CrosshairTool, CustomJS, Div, Legend,
 from bokeh.plotting import figure
 from matplotlib.colors import to_hex
 
-from lobex.explorer.columns import (
+from lobex.explorer.drawn_columns import (
     DEVIATIONS,
     KINDS,
     Columns,

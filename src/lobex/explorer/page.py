@@ -11,9 +11,9 @@ import panel as pn
 
 from lobex._warnings import LobexWarning
 from lobex.explorer.addresses import query_of
-from lobex.explorer.columns import predicted_columns
 from lobex.explorer.controls import Controls
 from lobex.explorer.curves import Slopes, first_look, in_closed_form, limit_of, predicted, slopes_of
+from lobex.explorer.drawn_columns import predicted_columns
 from lobex.explorer.lobe_figures import LobeFigures, lobe_figures, symbol_of
 from lobex.explorer.point import AtPoint, at_point
 from lobex.explorer.recipes import recipe_of

@@ -8,7 +8,7 @@ from bokeh.models import ColumnDataSource, FactorRange, LegendItem, Range1d, Spa
 from bokeh.plotting import figure
 from jaxtyping import Float
 
-from lobex.explorer.columns import bar_columns
+from lobex.explorer.drawn_columns import bar_columns
 from lobex.explorer.lobe_figures import GREY, legend_of, plain, symbol_of
 from lobex.explorer.point import AtPoint
 from lobex.plots.limit_picture import COLOUR

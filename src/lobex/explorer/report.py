@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lobex.explorer.addresses import query_of
-from lobex.explorer.columns import in_words
+from lobex.explorer.drawn_columns import in_words
 from lobex.explorer.files_taken import picture
 from lobex.explorer.recipes import recipe_of
 from lobex.explorer.script import script_of

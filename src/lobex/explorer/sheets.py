@@ -11,7 +11,7 @@ import panel as pn
 
 from lobex._warnings import LobexWarning
 from lobex.advice.next_try import next_speed
-from lobex.explorer.columns import in_words
+from lobex.explorer.drawn_columns import in_words
 from lobex.explorer.files_read import KINDS, UNITS, read_cuts_of, read_model
 from lobex.explorer.files_taken import picture, saved
 from lobex.explorer.point_figures import bars, point_figures
