@@ -42,10 +42,12 @@ def in_permanent_contact(modes, stiffness, speed, steps, revolutions=40, structu
     return march
 
 
-def multiplier(modes, stiffness, speed, steps):
-    """|μ| per revolution of contacts that come to their track a step less than a revolution after they left it."""
-    late = steps / (steps - 1)
-    return float(lobex.spectral_radius(lobex.Rub(modes), speed * late, stiffness)) ** late
+def multiplier(modes, stiffness, speed, steps, passes=1):
+    """|μ| per revolution of contacts that come to their track a step early, where so many pass in a revolution."""
+    rub = lobex.Rub(modes)
+    faster = speed / (1 - passes / steps)
+    period = float(rub.system(faster, stiffness).period)
+    return float(lobex.spectral_radius(rub, faster, stiffness)) ** (1 / (speed * period))
 
 
 def family_multiplier(modes, mistuning, stiffness, speed, steps):

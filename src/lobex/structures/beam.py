@@ -12,6 +12,8 @@ from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray, Number
 from lobex.structures import span
+from lobex.structures.beam_loads import TIP, root_stress
+from lobex.structures.beam_loads import root_loads as loads_of_root
 from lobex.structures.beam_matrices import ROOT, BeamMatrices, Section, beam_matrices
 from lobex.structures.contact_vectors import contact_vectors
 from lobex.structures.modes import Modes
@@ -156,9 +158,12 @@ class Beam:
         has radial and tangential displacement, the slope of the latter, axial displacement and its slope, and the
         rotation about the span; a middle has radial displacement and rotation.
         """
+        return beam_matrices(self._section(), self.length, self.hub_radius, self.root_stiffness)
+
+    def _section(self) -> Section:
         made = {name: span.at_points(getattr(self, name), self.elements) for name in (*_SECTION, "twist")}
         shear = self.young_modulus / (2 * (1 + self.poisson_ratio))
-        section = Section(
+        return Section(
             mass=self.density * made["area"],
             stretching=self.young_modulus * made["area"],
             flap=made["flap_inertia"],
@@ -169,7 +174,6 @@ class Beam:
             area=made["area"],
             angle=self.stagger + made["twist"],
         )
-        return beam_matrices(section, self.length, self.hub_radius, self.root_stiffness)
 
     @in_float64
     def contact(
@@ -216,12 +220,47 @@ class Beam:
 
         return columns(seen), None if loading is None else columns(loading)
 
-    def modes(self, damping_ratio: Any, keep: Sequence[int] | None = None, **contact: Any) -> Modes:
+    @in_float64
+    def watch(self, *, tip: bool = False, root_loads: bool = False, stress_at: Any = None) -> Float[AnyArray, "dof k"]:
+        """What ``modes`` and ``rotating`` take as ``watched``, as combinations of degrees of freedom, in this order.
+
+        Args:
+            tip: the radial, tangential and axial displacement of the axis at the tip, m.
+            root_loads: what holds the root: radial and tangential force (N), moment in the plane of the disc (N m),
+                axial force (N), moment across the disc and torque about the span (N m).
+            stress_at: points (along the chord, across it) of the section at the root, m, (2,) or (points, 2), such as
+                the corners of a rectangle, in which the stress along the span is seen, Pa.
+
+        Raises:
+            ValueError: where nothing is to be watched, and for points of another shape.
+        """
+        columns = []
+        if tip:
+            node = np.eye(self._dof)[:, self._dof - span.NODE :]
+            columns.append(node[:, list(TIP)])
+        if root_loads or stress_at is not None:
+            loads = loads_of_root(self._section(), self.length, self.root_stiffness)
+            columns += [loads] if root_loads else []
+            if stress_at is not None:
+                _checks.as_numbers("stress_at", stress_at, "m")
+                points = _checks.as_array(stress_at)
+                if np.shape(points)[-1:] != (2,) or np.ndim(points) > 2:
+                    raise ValueError(f"stress_at has shape {np.shape(points)}; give (2,) or (points, 2)")
+                points = namespace(points).atleast_2d(points)
+                columns.append(root_stress(self._section(), loads, points[:, 0], points[:, 1]))
+        if not columns:
+            raise ValueError("watch takes nothing; give tip=True, root_loads=True or stress_at")
+        return namespace(self, columns).concatenate(columns, axis=1)
+
+    def modes(
+        self, damping_ratio: Any, keep: Sequence[int] | None = None, *, watched: Any = None, **contact: Any
+    ) -> Modes:
         """The modes of the blade at rest, seen at its tip: of m places, each in its own track, m contact directions.
 
         Args:
             damping_ratio: ξ, one number or one per mode kept.
             keep: mode numbers to keep, from 1 in order of frequency; the first ten by default.
+            watched: what is seen besides in further directions, from ``watch``, for ``march_wear(…, watched=)``.
             contact: ``normal``, ``sliding``, ``friction`` and ``chord`` of ``Beam.contact``: by default the middle of
                 the tip, radially, which sees stretch alone.
 
@@ -229,23 +268,29 @@ class Beam:
             ValueError: for springs that leave the blade free to move, and as ``Beam.contact``.
         """
         mass, stiffness, _, _ = self.matrices()
-        seen, force = self.contact(**contact)
+        seen, force = self._seen(watched, contact)
         return Modes.from_matrices(mass, stiffness, seen, damping_ratio, self._kept(keep), force=force)
 
     def rotating(
-        self, damping_ratio: Any, keep: Sequence[int] | None = None, *, basis: int | None = None, **contact: Any
+        self,
+        damping_ratio: Any,
+        keep: Sequence[int] | None = None,
+        *,
+        basis: int | None = None,
+        watched: Any = None,
+        **contact: Any,
     ) -> RotatingModes:
         """The modes of the turning blade over its speed: stiffened, softened, and coupled by Coriolis forces.
 
         Args:
-            damping_ratio, keep, contact: as of ``Beam.modes``; modes are numbered by frequency at each speed.
+            damping_ratio, keep, watched, contact: as of ``Beam.modes``; modes are numbered by frequency at each speed.
             basis: as of ``RotatingModes.from_matrices``.
 
         Raises:
             ValueError: as ``Beam.modes``.
         """
         mass, stiffness, spin_stiffness, gyroscopic = self.matrices()
-        seen, force = self.contact(**contact)
+        seen, force = self._seen(watched, contact)
         return RotatingModes.from_matrices(
             mass,
             stiffness,
@@ -257,6 +302,17 @@ class Beam:
             force=force,
             basis=basis,
         )
+
+    def _seen(self, watched: Any, contact: dict[str, Any]) -> tuple[Any, Any]:
+        """Of the contact, and of what is watched: that is no force, and loads what it sees."""
+        seen, force = self.contact(**contact)
+        if watched is None:
+            return seen, force
+        if np.ndim(watched) != 2 or np.shape(watched)[0] != self._dof:
+            raise ValueError(f"watched has shape {np.shape(watched)}; give what watch() makes, ({self._dof}, k)")
+        lib = namespace(self, seen, watched)
+        columns = [None if side is None else lib.concatenate([side, watched], axis=1) for side in (seen, force)]
+        return columns[0], columns[1]
 
     @property
     def _dof(self) -> int:
