@@ -23,6 +23,7 @@ RUB = lobex.Rub(MODES)
 BEAM = lobex.Beam.rectangular(
     elements=1, length=0.2, width=[0.05, 0.04], thickness=0.004, young_modulus=110e9, density=4430.0
 )
+PLACES = {"angles_degrees": (0.0, 9.0)}
 RUBBING = {"sliding": (0.0, 1.0, 0.0), "friction": 0.2}
 MILLING = lobex.Milling(
     modes=lobex.Modes.single(frequency=922.0, damping_ratio=0.011, mass=0.03993),
@@ -70,6 +71,16 @@ def marches():
     lobex.orbit(MILLING, 150.0, 1e-4, SIX)
     lobex.march_delay(RUB, 60.0, 1e5, lambda t: 1e-6 * np.cos(500 * t), 2, 300)
     lobex.march_wear(MODES, lobex.Casing(), lobex.Linear(1e5), SPEED, 2, 1024)
+    blades = lobex.Blading(
+        BEAM.rotating(0.01, [1, 2], **RUBBING), 3, mistuning=np.array([0.0, 0.01, 0.02]), coupling=10.0
+    )
+    ring = lobex.Casing(3, structure=lobex.Ring(2, 300.0, 0.02, 5.0))
+    lobex.march_wear(blades, ring, lobex.KelvinVoigt(1e5, 10.0), SPEED, 2, 1536, incursion=1e-6)
+    watched = BEAM.modes(0.01, [1, 2], chord=[0.0, 0.01], watched=BEAM.watch(tip=True, root_loads=True))
+    march = lobex.march_wear(
+        watched, lobex.Casing(), lobex.Linear(1e5), SPEED, 2, 1536, watched=9, tracks=(0, 0), angles_degrees=(0, 9)
+    )
+    march.of(1)
     lobex.simulate_turning(MODES, lobex.Linear(1e8), 60.0, 1e-4, 1e-4, 2, 300)
 
 

@@ -67,6 +67,12 @@ CLAIMS = {
         and np.abs(n["touching"].at(120.0).shape)
         == pytest.approx(np.abs(make_blade.blade()[0].rotating(0.005, [1, 2, 3], **n["rubbing"]).at(120.0).shape))
     ),
+    "wear_of_real_blades.md": lambda n: (
+        np.all(np.abs(n["march"].energy_error) < 1e-4)
+        and n["both"].wear.shape == (2, 2, 5)
+        and n["follow"].wear.shape == (2, 1, 5)
+        and np.all(n["stage"].blade_to_blade > 0)
+    ),
     "tap_test.md": lambda n: (
         n["mill"].modes.count == 4 and n["spindle"].at(100.0).frequency == pytest.approx([(820 + 790) / 2])
     ),

@@ -83,7 +83,7 @@ def test_growth_of_blades_coupled_through_the_disc_is_the_multiplier():
     expected = multiplier(blading, stiffness, SPEED, steps, 4)
     assert np.abs(grown(march)) == pytest.approx([expected], rel=1e-4)
     alone = family_multiplier(PLAIN, MISTUNED.mistuning, stiffness, SPEED, steps)
-    assert abs(expected / alone - 1) > 1e-2
+    assert abs(expected / alone - 1) > 5e-3
 
 
 POINTS = 6
@@ -132,6 +132,8 @@ def test_growth_at_random_points_is_the_multiplier(kind, seed):
 
 RING = lobex.Ring([2], [330.0], [0.02], [3.0])
 BUMPS = lobex.Casing(amplitude=5e-5)
+# Four blades begin between as many bumps, and are not pushed at once.
+FOUR = lobex.Casing(4, amplitude=5e-5)
 SPEEDS = np.linspace(70, 100, 4)
 
 
@@ -154,8 +156,8 @@ def test_the_energy_of_friction_closes():
         (TURNING, BUMPS, lobex.Linear(1e6), {"speed": SPEEDS[:, None] * np.linspace(1, 1.05, 8)}),
         (TWO, BUMPS, lobex.Linear(1e6), {"tracks": (0, 0), "angles_degrees": (0.0, 6.0)}),
         (PLAIN, replace(BUMPS, structure=CASING), lobex.Linear(1e6), {}),
-        (MISTUNED, replace(BUMPS, structure=RING), lobex.Linear(1e6), {}),
-        (replace(MISTUNED, coupling=60.0), BUMPS, lobex.Linear(1e6), {}),
+        (MISTUNED, replace(FOUR, structure=RING), lobex.Linear(1e6), {}),
+        (replace(MISTUNED, coupling=60.0), FOUR, lobex.Linear(1e6), {}),
         (PLAIN, BUMPS, lobex.KelvinVoigt(1e6, 20.0), {}),
         (PLAIN, BUMPS, lobex.Bilinear(1e6, 3e6, 1e-5), {}),
     ],

@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from lobex.operators.duhamel import Duhamel
     from lobex.operators.semi_discretization import SemiDiscretization
     from lobex.plots.campbell import campbell
+    from lobex.plots.severity import severity
     from lobex.processes.blade_file import read_blade
     from lobex.processes.canonical import DelayedMathieu, Scalar
     from lobex.processes.cutter import Cutter
@@ -165,6 +166,7 @@ _HOME = {
     "orbits": "motions.over_grid",
     "recommend": "advice.best_cuts",
     "sensitivities": "limits.sensitivity",
+    "severity": "plots.severity",
     "simulate_turning": "marches.turning",
     "spectral_radius": "verbs",
     "sweep": "studies.charts",
@@ -255,6 +257,7 @@ __all__ = [
     "read_tool",
     "recommend",
     "sensitivities",
+    "severity",
     "simulate_turning",
     "spectral_radius",
     "sweep",

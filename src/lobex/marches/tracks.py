@@ -9,9 +9,9 @@ from jaxtyping import Array, Float
 
 from lobex._shapes import AnyArray
 
-# In two dimensions: those of length 1 between others cost JAX a copy.
-Depth = Float[AnyArray, "cells tracks*lanes"]
-Visited = Float[AnyArray, "steps contacts*blades*lanes"]
+# (cells, tracks · lanes) and (steps, contacts · blades · lanes): dimensions of length 1 between others cost a copy.
+Depth = Float[AnyArray, "_ kept"]
+Visited = Float[AnyArray, "_ visited"]
 
 
 class Tracks(NamedTuple):

@@ -62,8 +62,8 @@ class BladingWear(OfWear, form="lobex blading wear 1"):
     casing_damping_energy: np.ndarray = field(Array("lane revolution", "energy lost in the casing's damping", "J"))
     casing_stored_energy: np.ndarray = field(Array("lane revolution", "energy of the casing at the end", "J"))
     casing_speeding_energy: np.ndarray = field(Array("lane revolution", "energy that the casing gained", "J"))
-    watched: np.ndarray = field(Array("lane blade watched sample", "what is watched"))
-    watched_amplitude: np.ndarray = field(Array("lane blade watched revolution", "largest of what is watched"))
+    watched: np.ndarray = field(Array("lane blade output sample", "what is watched"))
+    watched_amplitude: np.ndarray = field(Array("lane blade output revolution", "largest of what is watched"))
 
     @property
     def blades(self) -> int:

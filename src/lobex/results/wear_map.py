@@ -69,8 +69,8 @@ class WearMap(OfWear, form="lobex wear map 3"):
     damping_energy: np.ndarray = field(Array("lane revolution", "energy lost in damping", "J"))
     stored_energy: np.ndarray = field(Array("lane revolution", "kinetic and strain energy at the end", "J"))
     speeding_energy: np.ndarray = field(Array("lane revolution", "energy gained by a change of speed", "J"))
-    watched: np.ndarray = field(Array("lane watched sample", "what is watched"))
-    watched_amplitude: np.ndarray = field(Array("lane watched revolution", "largest of what is watched"))
+    watched: np.ndarray = field(Array("lane output sample", "what is watched"))
+    watched_amplitude: np.ndarray = field(Array("lane output revolution", "largest of what is watched"))
 
     @property
     def profile(self) -> np.ndarray:
