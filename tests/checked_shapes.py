@@ -74,7 +74,7 @@ def marches():
     blades = lobex.Blading(
         BEAM.rotating(0.01, [1, 2], **RUBBING), 3, mistuning=np.array([0.0, 0.01, 0.02]), coupling=10.0
     )
-    ring = lobex.Casing(3, structure=lobex.Ring(2, 300.0, 0.02, 5.0))
+    ring = lobex.Casing(3, structure=lobex.Ring(*(np.array([number]) for number in (2.0, 300.0, 0.02, 5.0))))
     lobex.march_wear(blades, ring, lobex.KelvinVoigt(1e5, 10.0), SPEED, 2, 1536, incursion=1e-6)
     watched = BEAM.modes(0.01, [1, 2], chord=[0.0, 0.01], watched=BEAM.watch(tip=True, root_loads=True))
     march = lobex.march_wear(
