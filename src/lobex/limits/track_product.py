@@ -180,7 +180,7 @@ def _brackets(
         last = 2.1 * np.max(np.nan_to_num(np.where(real < 0, -real / size, 0.0)), axis=1)
     reached = np.flatnonzero(last > 0)
     ends = 2.0 ** -np.arange(_OCTAVES, -1, -1.0)
-    point = np.repeat(reached, _OCTAVES + 1)
+    point: Any = np.repeat(reached, _OCTAVES + 1)
     low = (last[reached, None] * np.append(0.0, ends[:-1])).ravel()
     high = (last[reached, None] * ends).ravel()
     done: list[tuple[Any, Any, Any]] = []
@@ -198,7 +198,9 @@ def _brackets(
         point, low, high = point[again], low[again], high[again]
         middle = (low + high) / 2
         point, low, high = (np.concatenate(pair) for pair in ((point, point), (low, middle), (middle, high)))
-    found, starts, stops = (np.concatenate(part) for part in zip(*done, strict=True)) if done else (point, low, high)
+    if not done:
+        return point, low, high
+    found, starts, stops = (np.concatenate(part) for part in zip(*done, strict=True))
     return found, starts, stops
 
 
