@@ -10,33 +10,29 @@ from typing import Any, NamedTuple
 
 import jax
 import numpy as np
-from jaxtyping import Bool, Complex, Float, Int
+from jaxtyping import Bool, Float
 
 from lobex import _checks
 from lobex._namespace import namespace
 from lobex._shapes import AnyArray
 from lobex.limits.modal_curve import ModalCurve
-from lobex.limits.sections import Sections, modal_response
+from lobex.limits.sections import Sections
 from lobex.limits.several_contacts import numbers_of
+from lobex.limits.unit_product import Points, branches_of_one, logarithm
 
 # How well cubics between two points know that halfway: of x, and in turns.
 _RESOLVED = 1e-3
 _ROUNDS = 60
 # Of ω, the distance from which on two branches that end together meet.
 _MEETING = 1e-12
-# Parts of the axis of x, each half of the next, with which the search for all branches begins, and of x the width of a
-# part that is not divided further.
-_OCTAVES, _NARROW = 10, 1e-9
-_DIVISIONS = 60
-_HALVINGS, _STEPS = 12, 8
 # Of the slowest decay of a mode, the distance of points on the axis of ω up to so many times the highest frequency,
 # unless they become too many.
 _STEP, _TOP, _MOST_POINTS = 0.5, 1.5, 20_000
 # Of the best one, how near other places come to it that are settled as well, and how many.
 _NEAR, _MOST = 0.02, 16
+# Newton's method, and how often others are settled where what looked like the best was none.
+_STEPS, _TRIES = 8, 20
 _TIE = 1e-9
-# In place of 1/G where a blade does not answer.
-_STIFF = 1e150j
 # Speeds at which all arcs are looked at together.
 _BATCH = 16
 
@@ -49,10 +45,6 @@ class Tracks(NamedTuple):
     """
 
     receptance: Sections
-
-
-Points = Float[np.ndarray, "5 *points"]
-"""ω, x, the turns of the product less whole ones, and the slopes of x and of the turns by ω; NaN for none."""
 
 
 def limits_of_tracks(
@@ -75,47 +67,20 @@ def limits_of_tracks(
     return some / x, some * omega, tie & there
 
 
-def _logarithm(
-    sections: Sections, omega: Float[AnyArray, " p"], x: Float[AnyArray, " p"]
-) -> tuple[Complex[AnyArray, " p"], Complex[AnyArray, " p"], Complex[AnyArray, " p"]]:
-    """ln ∏ (1 + x/Gⱼ), of principal values, and its derivatives by ω and x."""
-    inverse, slope = _inverse(sections, omega)
-    lib, factor = namespace(inverse), 1 + x[:, None] * inverse
-    value = lib.sum(lib.log(factor), axis=1)
-    return value, lib.sum(x[:, None] * slope / factor, axis=1), lib.sum(inverse / factor, axis=1)
-
-
-def _inverse(
-    sections: Sections, omega: Float[AnyArray, " p"]
-) -> tuple[Complex[AnyArray, "p N"], Complex[AnyArray, "p N"]]:
-    """1/Gⱼ(ω), and its derivative."""
-    parts = []
-    for j in range(np.shape(sections.angular_frequency)[0]):
-        one = jax.tree.map(lambda part, j=j: part[j], sections)
-        lib = namespace(one, omega)
-        response, slope, _ = modal_response(one, lib.asarray(one.angular_frequency) - omega[:, None], omega)
-        answers = response != 0
-        response = lib.where(answers, response, 1 / _STIFF)
-        parts.append((1 / response, lib.where(answers, -slope / response**2, 0.0)))
-    lib = namespace(parts)
-    inverse, slope = (lib.stack(part, axis=1) for part in zip(*parts, strict=True))
-    return inverse, slope
-
-
 def _arcs(sections: Sections) -> tuple[Points, Points]:
     """Parts of the curves, by their first and last points, (5, arcs) each: between them cubics in ω serve, x has no
     extremum, and the turns go on.
     """
     omega = _axis(sections)
     # Every other point is the first middle of its neighbours.
-    every, between = _points(sections, omega), omega[1::2]
+    every, between = branches_of_one(sections, omega), omega[1::2]
     low, high, left, right = omega[:-1:2], omega[2::2], every[:, :-1:2], every[:, 2::2]
     middle: Any = every[:, 1::2]
     done = []
     for _ in range(_ROUNDS):
         if middle is None:
             between = (low + high) / 2
-            middle = _points(sections, between)
+            middle = branches_of_one(sections, between)
         left, middle, right = _of_one_width(left, middle, right)
         good = _resolved(left, middle, right)
         done += [(left[:, good], middle[:, good]), (middle[:, good], right[:, good])]
@@ -144,116 +109,6 @@ def _axis(sections: Sections) -> Float[np.ndarray, " p"]:
     omega = np.unique(np.concatenate([curve.anchor[row] + offset, even]))
     omega = omega[omega > 0]
     return omega if len(omega) % 2 else omega[:-1]
-
-
-def _points(sections: Sections, omega: Float[np.ndarray, " p"]) -> Float[np.ndarray, "5 p r"]:
-    """All branches at ω, (p,), in the order of x."""
-    inverse: Any = _inverse(sections, omega)[0]
-    real, size = inverse.real, np.abs(inverse) ** 2
-    point, low, high = _brackets(real, size)
-    x = _root(real[point], size[point], low, high)
-    branches = max(int(np.bincount(point, minlength=1).max(initial=0)), 1)
-    order = np.lexsort((x, point))
-    point, x = point[order], x[order]
-    column = np.arange(len(point)) - np.searchsorted(point, point)
-    found = np.full((5, len(omega), branches), np.nan)
-    value, by_omega, by_x = _logarithm(sections, omega[point], x)
-    # At the end of two branches there is none.
-    slope = np.where(by_x.real == 0, np.nan, by_x.real)
-    x_slope = -by_omega.real / slope
-    turns = np.mod(value.imag / (2 * np.pi), 1.0)
-    turn_slope = (by_omega.imag + by_x.imag * x_slope) / (2 * np.pi)
-    found[:, point, column] = omega[point], x, turns, x_slope, turn_slope
-    return found
-
-
-def _brackets(
-    real: Float[np.ndarray, "p N"], size: Float[np.ndarray, "p N"]
-) -> tuple[Int[np.ndarray, " b"], Float[np.ndarray, " b"], Float[np.ndarray, " b"]]:
-    """Of each point, parts of the axis of x in which the modulus of the product passes 1 once, and all of them.
-
-    Between bounds of its factors, which are quadratic in x, a part is left out where the modulus stays on one side of
-    1, kept where it rises or falls all along, and divided else.
-    """
-    with np.errstate(all="ignore"):
-        # From twice its least place on every factor is above 1.
-        last = 2.1 * np.max(np.nan_to_num(np.where(real < 0, -real / size, 0.0)), axis=1)
-    reached = np.flatnonzero(last > 0)
-    ends = 2.0 ** -np.arange(_OCTAVES, -1, -1.0)
-    point: Any = np.repeat(reached, _OCTAVES + 1)
-    low = (last[reached, None] * np.append(0.0, ends[:-1])).ravel()
-    high = (last[reached, None] * ends).ravel()
-    done: list[tuple[Any, Any, Any]] = []
-    for _ in range(_DIVISIONS):
-        if not len(point):
-            break
-        least, most, falling, rising, before, after = _bounds(real, size, point, low, high)
-        # Where x vanishes the modulus is 1, and on the side of its slope.
-        start = np.where(low == 0, np.sum(real[point], axis=1), before)
-        open_ = ~((least > 0) | (most < 0))
-        settled = falling | rising | (high - low <= _NARROW * high) | (high <= _NARROW * last[point])
-        kept = open_ & settled & (np.sign(start) != np.sign(after))
-        done.append((point[kept], low[kept], high[kept]))
-        again = open_ & ~settled
-        point, low, high = point[again], low[again], high[again]
-        middle = (low + high) / 2
-        point, low, high = (np.concatenate(pair) for pair in ((point, point), (low, middle), (middle, high)))
-    if not done:
-        return point, low, high
-    found, starts, stops = (np.concatenate(part) for part in zip(*done, strict=True))
-    return found, starts, stops
-
-
-def _bounds(
-    real: Float[np.ndarray, "p N"],
-    size: Float[np.ndarray, "p N"],
-    point: Int[np.ndarray, " b"],
-    low: Float[np.ndarray, " b"],
-    high: Float[np.ndarray, " b"],
-) -> tuple[Any, ...]:
-    """Of ln ∏ |1 + x/Gⱼ|² in parts (b,): the least and the most that it may be, whether it falls or rises all along,
-    and its values at the ends.
-    """
-    none = np.zeros(len(point))
-    least, most, slope_least, slope_most, before, after = (none.copy() for _ in range(6))
-    with np.errstate(all="ignore"):
-        # One blade after the other: all of them at once would not stay in cache.
-        for j in range(np.shape(real)[1]):
-            a, b = real[point, j], size[point, j]
-            first, last = (1 + x * (2 * a + x * b) for x in (low, high))
-            lowest = np.where((-a > low * b) & (-a < high * b), 1 - a * a / b, np.minimum(first, last))
-            highest = np.maximum(first, last)
-            steep = 2 * (a + low * b), 2 * (a + high * b)
-            before += np.log(first)
-            after += np.log(last)
-            least += np.log(lowest)
-            most += np.log(highest)
-            slope_least += np.where(steep[0] < 0, steep[0] / lowest, steep[0] / highest)
-            slope_most += np.where(steep[1] > 0, steep[1] / lowest, steep[1] / highest)
-    return least, most, slope_most < 0, slope_least > 0, before, after
-
-
-def _root(
-    real: Float[np.ndarray, "p N"],
-    size: Float[np.ndarray, "p N"],
-    low: Float[np.ndarray, " p"],
-    high: Float[np.ndarray, " p"],
-) -> Float[np.ndarray, " p"]:
-    """The x between two at which the product's modulus passes 1, by Newton's method within halves."""
-
-    def value_of(x: Float[np.ndarray, " p"]) -> tuple[Any, Any]:
-        factor = 1 + x[:, None] * (2 * real + x[:, None] * size)
-        return np.sum(np.log(factor), axis=1), np.sum((2 * real + 2 * x[:, None] * size) / factor, axis=1)
-
-    with np.errstate(all="ignore"):
-        after, x = np.sign(value_of(high)[0]), (low + high) / 2
-        for _ in range(_HALVINGS + _STEPS):
-            value, slope = value_of(x)
-            same = np.sign(value) == after
-            low, high = np.where(same, low, x), np.where(same, x, high)
-            step = x - value / slope
-            x = np.where((step > low) & (step < high), step, (low + high) / 2)
-    return x
 
 
 def _of_one_width(*parts: Float[np.ndarray, "5 p r"]) -> list[Float[np.ndarray, "5 p r"]]:
@@ -347,20 +202,34 @@ def _limits(
         x = np.where(held, _hermite(first, last, at, 1)[0], 0.0)
         found.append((first[0] + at * width, x))
     omega, x = (np.concatenate(part, axis=1) for part in zip(*found, strict=True))
-    best = np.max(x, axis=1, keepdims=True)
-    most = min(_MOST, x.shape[1])
-    index = np.argpartition(-x, most - 1, axis=1)[:, :most]
-    omega, x = (np.take_along_axis(part, index, axis=1) for part in (omega, x))
-    some = (x > 0) & (x >= (1 - _NEAR) * best)
-    lane, column = np.nonzero(some)
-    settled_omega, settled_x, good = _settled(sections, delay[lane], omega[lane, column], x[lane, column])
-    places, values = np.full(x.shape, np.nan), np.full(x.shape, -np.inf)
-    places[lane, column], values[lane, column] = settled_omega, np.where(good, settled_x, -np.inf)
-    winner = np.argmax(values, axis=1)[:, None]
-    value, place = (np.take_along_axis(part, winner, axis=1) for part in (values, places))
-    same = (values >= value * (1 - _TIE)) & (np.abs(places - place) > 1e-6 * place)
-    value = value[:, 0]
-    return place[:, 0], np.where(value > 0, value, np.inf), np.any(same, axis=1) & (value > 0)
+    return _best(sections, delay, omega, x)
+
+
+def _best(
+    sections: Sections, delay: Float[np.ndarray, " s"], omega: Float[np.ndarray, "s c"], x: Float[np.ndarray, "s c"]
+) -> tuple[Float[np.ndarray, " s"], Float[np.ndarray, " s"], Bool[np.ndarray, " s"]]:
+    """As ``_limits``, of candidates (s, c), with x of 0 for none, of which those of largest x are settled."""
+    lanes, most = np.arange(len(delay)), min(_MOST, x.shape[1])
+    place, value, twice = np.full(len(delay), np.nan), np.full(len(delay), np.inf), np.zeros(len(delay), dtype=bool)
+    for _ in range(_TRIES):
+        lanes = lanes[np.max(x[lanes], axis=1) > 0]
+        if not len(lanes):
+            break
+        index = np.argpartition(-x[lanes], most - 1, axis=1)[:, :most]
+        tried, near = (np.take_along_axis(part[lanes], index, axis=1) for part in (x, omega))
+        row, column = np.nonzero((tried > 0) & (tried >= (1 - _NEAR) * np.max(tried, axis=1, keepdims=True)))
+        at, found, good = _settled(sections, delay[lanes[row]], near[row, column], tried[row, column])
+        values, places = np.full(tried.shape, -np.inf), np.full(tried.shape, np.nan)
+        values[row, column], places[row, column] = np.where(good, found, -np.inf), at
+        winner = np.argmax(values, axis=1)[:, None]
+        top, where = (np.take_along_axis(part, winner, axis=1) for part in (values, places))
+        same = (values >= top * (1 - _TIE)) & (np.abs(places - where) > 1e-6 * where)
+        here = top[:, 0] > 0
+        place[lanes[here]], value[lanes[here]] = where[here, 0], top[here, 0]
+        twice[lanes[here]] = np.any(same[here], axis=1)
+        x[lanes[row], index[row, column]] = 0.0
+        lanes = lanes[~here]
+    return place, value, twice
 
 
 def _settled(
@@ -376,7 +245,7 @@ def _settled(
         for _ in range(_STEPS):
             place = _stepped(sections, delay, *place)
         omega, x = place
-        value = _logarithm(sections, omega, x)[0] + 1j * omega * delay
+        value = logarithm(sections, omega, x)[0] + 1j * omega * delay
     turns = value.imag / (2 * np.pi)
     good = (np.abs(value.real) < 1e-9) & (np.abs(turns - np.round(turns)) < 1e-9)
     return omega, x, good & (np.abs(x - began) < 0.05 * began) & (omega > 0)
@@ -386,7 +255,7 @@ def _stepped(
     sections: Sections, delay: Float[AnyArray, " p"], omega: Float[AnyArray, " p"], x: Float[AnyArray, " p"]
 ) -> tuple[Float[AnyArray, " p"], Float[AnyArray, " p"]]:
     """A step of Newton's method towards ln ∏ (1 + x/Gⱼ) + iωT = 2πik of the nearest k."""
-    value, by_omega, by_x = _logarithm(sections, omega, x)
+    value, by_omega, by_x = logarithm(sections, omega, x)
     lib = namespace(value, delay)
     turns = (value.imag + omega * delay) / (2 * np.pi)
     miss = value.real, 2 * np.pi * (turns - _whole(turns))
