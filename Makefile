@@ -50,6 +50,7 @@ bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/cutters.py
 	$(BIN)/python benchmarks/motion.py
 	$(BIN)/python benchmarks/growth.py
+	$(BIN)/python benchmarks/blades.py
 	$(BIN)/python benchmarks/wear.py
 	$(BIN)/python benchmarks/bladings.py
 	$(BIN)/python benchmarks/growth_of_studies.py

@@ -20,6 +20,7 @@ NAMES = (
     "5_own_matrices",
     "6_catalogue",
     "7_pitch_by_gradient",
+    "8_fan_blade",
 )
 RENDERED = ROOT / "docs" / "notebooks"
 
@@ -189,6 +190,20 @@ def test_the_pitch_angles_by_gradient_hold_in_time_where_the_first_do_not():
     assert seen["expected"][0] > 1 > seen["expected"][1]
     # Elsewhere it costs.
     assert seen["change"].min() < -0.3
+
+
+@pytest.mark.slow
+def test_the_fan_blade_s_pattern_holds_in_time():
+    seen = executed("8_fan_blade", STEPS=6)
+    assert {1, 3} <= set(seen["limits"]["smooth"].mode)
+    assert seen["ratio"].min() < 1 < seen["ratio"].max()
+    assert seen["gain"] > 1.5
+    assert np.abs(seen["shares"]).max() <= seen["MOST"]
+    motion, expected = seen["motion"], seen["expected"]
+    assert expected[0.7] < 1 < expected[1.2]
+    # Over ten revolutions while all blades are in contact, to what other multipliers leave of theirs.
+    for share in (0.7, 1.2):
+        assert (motion[share][24] / motion[share][14]) ** 0.1 == pytest.approx(expected[share], abs=0.03)
 
 
 @pytest.mark.parametrize("name", NAMES)
