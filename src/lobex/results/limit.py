@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from lobex.results.band import Band
 
 
-class Limit(OfProcess, form="lobex limit 2"):
+class Limit(OfProcess, form="lobex limit 3"):
     """The stability limit over speeds: the lowest gain at which a process turns from stable to unstable.
 
     Attributes:
