@@ -87,8 +87,11 @@ def _parts(sections: Sections, omega: Float[np.ndarray, " n"]) -> Float[np.ndarr
     denominator = own**2 - at**2 + 2j * ratio * own * at
     if np.ndim(weight) == 3:
         size = np.linalg.norm(weight + 1j * omega[:, None, None, None] * rate, axis=(2, 3))
-        return size / np.abs(denominator)
-    return np.abs((weight + 1j * at * rate) / denominator)
+    else:
+        size = np.abs(weight + 1j * at * rate)
+    # At the pole of a mode without damping that part is all there is, if the contact sees it.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(size > 0, size / np.abs(denominator), 0.0)
 
 
 def _loudest(tracks: Tracks, gain: Float[np.ndarray, " n"], omega: Float[np.ndarray, " n"]) -> Int[np.ndarray, " n"]:
