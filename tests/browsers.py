@@ -143,7 +143,8 @@ def until(driver, check, what, seconds=240):
         if result := check():
             return result
         time.sleep(0.05)
-    driver.save_screenshot("/tmp/lobex-browser.png") if os.environ.get("LOBEX_BROWSER_PICTURE") else None
+    if path := os.environ.get("LOBEX_BROWSER_PICTURE"):
+        driver.save_screenshot(path)
     raise AssertionError(f"in {seconds} s there was no {what}")
 
 
