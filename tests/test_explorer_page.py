@@ -279,9 +279,6 @@ def test_milling_is_predicted_looked_at_and_polished():
     page.close()
 
 
-MEASURED = pytest.mark.skipif(not hasattr(lobex, "read_frf"), reason="lobex reads no responses yet")
-
-
 def response_of(modes):
     """The receptance of modes as a table, from 50 to 250 Hz."""
     frequency = np.arange(50.0, 250.0, 0.5)
@@ -291,7 +288,6 @@ def response_of(modes):
     return "\n".join(["Frequency [Hz],Real xx [m/N],Imag xx [m/N]", *rows]).encode()
 
 
-@MEASURED
 def test_a_measured_response_is_fitted_or_taken_as_it_is(turning, tmp_path, monkeypatch):
     tool = lobex.Modes.single(frequency=146.5, damping_ratio=0.02, mass=2.573)
     content = response_of(tool)
@@ -318,7 +314,6 @@ def test_a_measured_response_is_fitted_or_taken_as_it_is(turning, tmp_path, monk
     assert "give the file 'tap.csv' of the measured response again" in html.unescape(again._message.object)
 
 
-@MEASURED
 def test_a_list_of_cuts_is_read_from_a_file(turning):
     turning.load(replace(STARTS["turning"], view=replace(STARTS["turning"].view, speeds=SPEEDS)))
     turning.sheets._cuts_of_file("cuts.csv", b"speed [rpm],depth [mm],chatter\n7000,0.001,no\n")

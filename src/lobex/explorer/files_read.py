@@ -79,7 +79,7 @@ def of_tool(path: Path, state: State) -> State:
 
 def of_response(path: Path, state: State, unit: str = UNITS[0]) -> tuple[State, str]:
     """The state with modes fitted to a measured response and their deviations, and the report of the fit."""
-    fit = _reader("read_frf")(path, unit=None if unit == UNITS[0] else unit).fit()
+    fit = lobex.read_frf(path, unit=None if unit == UNITS[0] else unit).fit()
     shown = _with_table(state, table_of(fit.modes))
     return replace(shown, deviation=_deviation(fit.relative_standard_deviation)), repr(fit)
 
@@ -87,7 +87,7 @@ def of_response(path: Path, state: State, unit: str = UNITS[0]) -> tuple[State, 
 def _as_it_is(name: str, content: bytes, path: Path, state: State, unit: str) -> Read:
     """The state with a measured response in the place of modes."""
     said = "" if unit == UNITS[0] else unit
-    frf = _reader("read_frf")(path, unit=said or None)
+    frf = lobex.read_frf(path, unit=said or None)
     structure = Measured(Path(name).name, hashlib.sha256(content).hexdigest(), said)
     shown = replace(state, structure=structure, deviation=(), point=None, heard=None)
     return Read(shown, repr(frf), frf.receptance())
@@ -95,13 +95,13 @@ def _as_it_is(name: str, content: bytes, path: Path, state: State, unit: str) ->
 
 def of_table(path: Path, state: State) -> State:
     """The state with the modes of a table."""
-    return _with_table(state, table_of(_reader("read_modes")(path)))
+    return _with_table(state, table_of(lobex.read_modes(path)))
 
 
 def read_cuts_of(name: str, content: bytes) -> Cuts:
     """The cuts of a table in a file, as ``lobex.read_cuts`` reads it."""
     with _file(name, content) as path:
-        rows = np.asarray(_reader("read_cuts")(path))
+        rows = np.asarray(lobex.read_cuts(path))
     if len(rows) > MOST_CUTS:
         raise ValueError(f"{name[:_SHOWN]!r} holds {len(rows)} cuts; give at most {MOST_CUTS}")
     return Cuts(rows[:, 0], rows[:, 1], rows[:, 2] == 1)
@@ -125,13 +125,6 @@ def _deviation(relative: dict[str, float]) -> tuple[tuple[str, float], ...]:
             own, times = names[stem]
             found[own] = max(found.get(own, 0.0), float(times * value))
     return tuple(sorted(found.items()))
-
-
-def _reader(name: str) -> Any:
-    reader = getattr(lobex, name, None)
-    if reader is None:
-        raise ValueError(f"this lobex has no {name}; give a tool's file (.toml)")
-    return reader
 
 
 @contextmanager
