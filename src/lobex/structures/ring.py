@@ -3,7 +3,7 @@
 from typing import Any
 
 import numpy as np
-from jaxtyping import Real
+from jaxtyping import Float, Real
 
 from lobex import _checks
 from lobex._float64 import in_float64
@@ -84,17 +84,26 @@ class Ring:
 
         With σ = ξω and ω_d = ω√(1 − ξ²) the two terms of G are (ω_d ± nΩ)/ω_d · ½/m / ((s + σ)² + (ω_d ± nΩ)²).
         """
-        lib = namespace(self, speed)
-        own, ratio = 2 * np.pi * lib.asarray(self.frequency), lib.asarray(self.damping_ratio)
-        swept = 2 * np.pi * lib.asarray(speed, dtype=lib.result_type(float)) * self.nodal_diameter
-        damped, decay = own * lib.sqrt(1 - ratio**2), ratio * own
-        seen = lib.concatenate([damped + swept, damped - swept])
-        decay, damped = lib.concatenate([decay, decay]), lib.concatenate([damped, damped])
+        lib, (decay, rotation, size) = namespace(self, speed), self.waves(speed)
         root = lib.sqrt(lib.concatenate([self.mass, self.mass]))
-        frequency = lib.sqrt(decay**2 + seen**2)
+        frequency = lib.sqrt(decay**2 + rotation**2)
         return unchecked(
             angular_frequency=frequency,
             damping_ratio=decay / frequency,
             shape=(1 / root)[:, None],
-            force_shape=(seen / (2 * damped * root))[:, None],
+            force_shape=(size * rotation * root)[:, None],
         )
+
+    @in_float64
+    def waves(
+        self, speed: Number
+    ) -> tuple[Float[AnyArray, " waves"], Float[AnyArray, " waves"], Float[AnyArray, " waves"]]:
+        """Of the forward waves, then the backward ones, as they pass a contact that runs along the casing at a speed,
+        Hz: σ and ω_d ± nΩ, rad/s, of their poles, and ½/(m ω_d) of their residues, s/kg.
+        """
+        lib = namespace(self, speed)
+        own, ratio = 2 * np.pi * lib.asarray(self.frequency), lib.asarray(self.damping_ratio)
+        swept = 2 * np.pi * lib.asarray(speed, dtype=lib.result_type(float)) * self.nodal_diameter
+        damped = own * lib.sqrt(1 - ratio**2)
+        decay, size = (lib.concatenate([part, part]) for part in (ratio * own, 1 / (2 * self.mass * damped)))
+        return decay, lib.concatenate([damped + swept, damped - swept]), size

@@ -40,13 +40,8 @@ class RingWaves:
     @in_float64
     def at(self, speed: Number) -> Modes:
         """The waves at a speed, Hz: the forward ones, then the backward ones."""
-        ring, lib = self.ring, namespace(self.ring, speed)
-        own, ratio = 2 * np.pi * lib.asarray(ring.frequency), lib.asarray(ring.damping_ratio)
-        damped = own * lib.sqrt(1 - ratio**2)
-        swept = 2 * np.pi * speed * ring.nodal_diameter
-        turned = lib.asarray(ring.nodal_diameter)[:, None] * self.angle
-        rotation = lib.concatenate([damped + swept, damped - swept])
-        decay, size = (lib.concatenate([part, part]) for part in (ratio * own, 1 / (2 * ring.mass * damped)))
+        lib, (decay, rotation, size) = namespace(self.ring, speed), self.ring.waves(speed)
+        turned = lib.asarray(self.ring.nodal_diameter)[:, None] * self.angle
         angle = lib.concatenate([turned, -turned])
         return unchecked(**_of_waves(lib, decay, rotation, size[:, None], angle))
 
