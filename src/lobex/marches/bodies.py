@@ -8,6 +8,7 @@ from jaxtyping import Float
 
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray
+from lobex.structures.blading import Blading
 from lobex.structures.modes import Modes, check_modes
 from lobex.structures.modes_over_speed import ModesOverSpeed
 
@@ -99,14 +100,13 @@ class Structure:
         if lanes[0].complex:
             aside = [np.zeros_like(shape) if side is None else side for side in aside]
             aside[1] = aside[1][:, : self.contacts]
-        mistuning = getattr(self.given, "mistuning", None)
-        if mistuning is not None:
-            higher = np.asarray(mistuning, dtype=float).reshape(self.blades, -1)
-            frequency = frequency * (1 + higher.T[:, :, None])
-        coupling = getattr(self.given, "coupling", None)
-        if coupling is not None:
-            squared = (2 * np.pi * np.asarray(coupling, dtype=float)) ** 2
-            coupling = np.broadcast_to(squared, (len(frequency),)).reshape(-1, 1, 1)
+        coupling = None
+        if isinstance(self.given, Blading):
+            # Of blades that are alike one frequency serves all.
+            if self.given.mistuning is not None:
+                frequency = frequency * np.asarray(self.given.detuned).T[:, :, None]
+            if self.given.coupling is not None:
+                coupling = np.asarray(self.given.coupling_stiffness).reshape(-1, 1, 1)
         if loading is None and self.contacts < shape.shape[1]:
             loading = shape
         loading = None if loading is None else loading[:, : self.contacts]

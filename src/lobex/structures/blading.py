@@ -111,6 +111,23 @@ class Blading:
         # Exactly one turn of all together.
         return angles / namespace(angles).sum(angles)
 
+    @property
+    @in_float64
+    def detuned(self) -> Float[AnyArray, "N _"]:
+        """By what natural frequencies are multiplied, (N, n), or (N, 1) for all modes alike."""
+        if self.mistuning is None:
+            return np.ones((self.count, 1))
+        return 1 + namespace(self.mistuning).asarray(self.mistuning).reshape(self.count, -1)
+
+    @property
+    @in_float64
+    def coupling_stiffness(self) -> Float[AnyArray, " n"] | None:
+        """ω_c² of each mode, (n,), rad²/s²; None of blades that are clamped."""
+        if self.coupling is None:
+            return None
+        lib = namespace(self.coupling)
+        return (2 * np.pi * lib.broadcast_to(lib.asarray(self.coupling), (self.blade.count,))) ** 2
+
     @in_float64
     def modes(self, speed: Number) -> Modes:
         """The modes of all blades without coupling, in N contact directions: mode 1 of each, mode 2 of each, and so on.
@@ -120,9 +137,7 @@ class Blading:
         """
         one = self.blade.at(speed)
         lib = namespace(self, one)
-        higher = lib.zeros((self.count, 1)) if self.mistuning is None else lib.asarray(self.mistuning)
-        higher = higher.reshape(self.count, -1)
-        frequency = (lib.asarray(one.angular_frequency) * (1 + higher)).T.ravel()
+        frequency = (lib.asarray(one.angular_frequency) * self.detuned).T.ravel()
         unit = lib.eye(self.count)
 
         def spread(side: Any) -> Any:
@@ -141,10 +156,9 @@ class Blading:
     @in_float64
     def springs(self) -> Float[AnyArray, "n N N"] | None:
         """What the disc adds to the squares of frequencies of the N coordinates of each mode, (n, N, N), rad²/s²."""
-        if self.coupling is None:
+        squared = self.coupling_stiffness
+        if squared is None:
             return None
-        lib = namespace(self.coupling)
-        squared = (2 * np.pi * lib.broadcast_to(lib.asarray(self.coupling), (self.blade.count,))) ** 2
         unit = np.eye(self.count)
         around = 2 * unit - np.roll(unit, 1, axis=0) - np.roll(unit, -1, axis=0)
         return squared[:, None, None] * around
