@@ -10,7 +10,7 @@ from lobex import _checks
 from lobex.limits.closed_form import Contacts, Regeneration, closed_form, closed_forms
 from lobex.limits.receptance import receptance
 from lobex.limits.sections import Sections
-from lobex.limits.track_product import Tracks
+from lobex.limits.track_product import Uncoupled
 from lobex.processes.at_speeds import at_speed, has_followers
 from lobex.processes.process import Process
 
@@ -41,7 +41,7 @@ def labels_of(found: Any, gain: Any, omega: Any) -> Labels:
         gain, omega: of the limits, (n,), N/m and rad/s, with NaN where there is none.
     """
     none = no_labels(np.size(gain))
-    if _checks.is_traced((found, gain, omega)) or not isinstance(found, Regeneration | Contacts | Tracks):
+    if _checks.is_traced((found, gain, omega)) or not isinstance(found, Regeneration | Contacts | Uncoupled):
         return none
     if not isinstance(found.receptance, Sections):
         return none
@@ -49,7 +49,7 @@ def labels_of(found: Any, gain: Any, omega: Any) -> Labels:
     there = np.isfinite(gain) & np.isfinite(omega)
     at = np.where(there, omega, 1.0)
     sections = found.receptance
-    if isinstance(found, Tracks):
+    if isinstance(found, Uncoupled):
         sections = _of_blades(sections, _loudest(found, np.where(there, gain, 1.0), at))
     return none._replace(mode=np.where(there, 1 + np.argmax(_parts(sections, at), axis=1), 0))
 
@@ -94,12 +94,12 @@ def _parts(sections: Sections, omega: Float[np.ndarray, " n"]) -> Float[np.ndarr
         return np.where(size > 0, size / np.abs(denominator), 0.0)
 
 
-def _loudest(tracks: Tracks, gain: Float[np.ndarray, " n"], omega: Float[np.ndarray, " n"]) -> Int[np.ndarray, " n"]:
+def _loudest(blades: Uncoupled, gain: Float[np.ndarray, " n"], omega: Float[np.ndarray, " n"]) -> Int[np.ndarray, " n"]:
     """The blade that moves most: yⱼ (1 + K Gⱼ) = K Gⱼ e^{−iωτⱼ} yⱼ₋₁, so that sizes follow from one to the next."""
-    count = np.shape(tracks.receptance.angular_frequency)[0]
+    count = np.shape(blades.receptance.angular_frequency)[0]
     size = np.ones((len(gain), count))
     for j in range(1, count):
-        one = jax.tree.map(lambda part, j=j: np.asarray(part)[j], tracks.receptance)
+        one = jax.tree.map(lambda part, j=j: np.asarray(part)[j], blades.receptance)
         response = gain * np.asarray(receptance(one, omega))
         size[:, j] = size[:, j - 1] * np.abs(response / (1 + response))
     return np.argmax(size, axis=1)

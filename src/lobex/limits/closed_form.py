@@ -14,7 +14,7 @@ from lobex._shapes import AnyArray, Number
 from lobex.characteristic.closed_loop import FAR, responses
 from lobex.limits.receptance import Receptance
 from lobex.limits.sections import Sections, sections_of_blocks
-from lobex.limits.track_product import Tracks
+from lobex.limits.track_product import Uncoupled
 from lobex.limits.tracks_form import Families, is_of_tracks, tracks_of
 from lobex.processes.process import Process
 from lobex.structures.modes import Modes
@@ -80,7 +80,7 @@ class _Numbers(NamedTuple):
     rates: bool = False
 
 
-Form = Regeneration | Contacts | Tracks | Families | Rate
+Form = Regeneration | Contacts | Uncoupled | Families | Rate
 
 
 def closed_form(process: Process) -> Form | str:

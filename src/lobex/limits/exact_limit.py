@@ -29,7 +29,7 @@ from lobex.limits.hayes import hayes_interval
 from lobex.limits.modal_curve import ModalCurve
 from lobex.limits.receptance import Receptance
 from lobex.limits.sections import Sections
-from lobex.limits.track_product import Tracks, limits_of_tracks
+from lobex.limits.track_product import Uncoupled, limits_of_tracks
 from lobex.limits.tracks_form import Families
 from lobex.limits.undamped import undefined
 from lobex.processes.at_speeds import at_speed, has_followers, tabled
@@ -236,7 +236,7 @@ def _limits_of(found: Form, speed: Float[AnyArray, " n"]) -> _Limits:
     lib = namespace(found, speed)
     if isinstance(found, Families):
         return _of_families(found, speed)
-    if isinstance(found, Tracks):
+    if isinstance(found, Uncoupled):
         gain, omega, tie = limits_of_tracks(found, speed)
         return _of_one_contact(gain, omega, tie, labels_of(found, gain, omega))
     none, nowhere = lib.zeros(speed.shape), lib.zeros(speed.shape, bool)

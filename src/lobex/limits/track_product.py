@@ -37,7 +37,7 @@ _TIE = 1e-9
 _BATCH = 16
 
 
-class Tracks(NamedTuple):
+class Uncoupled(NamedTuple):
     """Blades with forces −K [yⱼ − yⱼ₋₁(t − τⱼ)], with the sum of τⱼ one revolution, that nothing else couples.
 
     Attributes:
@@ -48,20 +48,20 @@ class Tracks(NamedTuple):
 
 
 def limits_of_tracks(
-    tracks: Tracks, speed: Float[AnyArray, " s"]
+    blades: Uncoupled, speed: Float[AnyArray, " s"]
 ) -> tuple[Float[AnyArray, " s"], Float[AnyArray, " s"], Bool[np.ndarray, " s"]]:
     """The least K on the boundary at speeds (s,), Hz, NaN where there is none; ω there; and whether two are a tie.
 
     Differentiable once, outside ``jit`` and ``vmap``: a step of Newton's method from the place carries it.
     """
-    known, delay = numbers_of(tracks.receptance), 1 / np.asarray(numbers_of(speed), dtype=float)
+    known, delay = numbers_of(blades.receptance), 1 / np.asarray(numbers_of(speed), dtype=float)
     first, last = _arcs(known)
     parts = [_limits(known, first, last, delay[i : i + _BATCH]) for i in range(0, len(delay), _BATCH)]
     omega, x, tie = (np.concatenate(part) for part in zip(*parts, strict=True))
     there = np.isfinite(x)
     omega, x = np.where(there, omega, known.angular_frequency[0, 0]), np.where(there, x, 1.0)
-    if _checks.is_traced((tracks, speed)):
-        omega, x = jax.jit(_stepped)(tracks.receptance, 1 / speed, omega, x)
+    if _checks.is_traced((blades, speed)):
+        omega, x = jax.jit(_stepped)(blades.receptance, 1 / speed, omega, x)
     # Products, so that where there is no limit its derivative is no number either.
     some = np.where(there, 1.0, np.nan)
     return some / x, some * omega, tie & there

@@ -10,7 +10,7 @@ from lobex import _checks
 from lobex._namespace import namespace
 from lobex._shapes import AnyArray, Number
 from lobex.limits.sections import Sections, sections_of_blocks
-from lobex.limits.track_product import Tracks
+from lobex.limits.track_product import Uncoupled
 from lobex.processes.process import Process
 from lobex.systems.delays import ConstantDelay, Share, WholePeriod
 from lobex.systems.form import by_form
@@ -75,7 +75,7 @@ def is_of_tracks(made: Any, shapes: tuple[Any, ...], number: Any) -> bool:
     return not any(any(followers(one.jaxpr)) for one in traced)
 
 
-def tracks_of(process: Process, known: Process, speed: float) -> Tracks | Families | str:
+def tracks_of(process: Process, known: Process, speed: float) -> Uncoupled | Families | str:
     """What the exact limit takes, or in words why there is none, of a process for which ``is_of_tracks``.
 
     Args:
@@ -109,7 +109,7 @@ def tracks_of(process: Process, known: Process, speed: float) -> Tracks | Famili
     if owner is not None:
         found = _alone(traced, inputs, outputs, owner, order, rates)
         if isinstance(found, str) or process is not known or not _alike(found):
-            return found if isinstance(found, str) else _damped(found) or Tracks(found)
+            return found if isinstance(found, str) else _damped(found) or Uncoupled(found)
     elif even:
         found = _around(system, traced, inputs, outputs, order, rates)
     else:
