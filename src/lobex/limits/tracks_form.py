@@ -83,8 +83,7 @@ def tracks_of(process: Process, known: Process, speed: float) -> Uncoupled | Fam
         speed: at which it is looked at, Hz.
     """
     system = jax.tree.map(np.asarray, known.system(speed, 1.0))
-    twice = known.system(speed, 2.0)
-    forces, doubled = (_forces(one) for one in (system, twice))
+    forces, doubled = (np.asarray(_forces(one)) for one in (system, known.system(speed, 2.0)))
     if not np.allclose(2 * forces, doubled, rtol=_ROUNDING, atol=0.0):
         return "has forces that are not proportional to the gain"
     acting = np.einsum("kjj->kj", forces)
@@ -99,36 +98,29 @@ def tracks_of(process: Process, known: Process, speed: float) -> Uncoupled | Fam
     if abs(float(np.sum(lag) * system.period) * speed - 1) > _TURN:
         return "has delays that do not add up to one revolution"
     even = bool(np.allclose(lag, lag[0], rtol=0.0, atol=_TURN))
-    traced, present = process.system(speed, 1.0), total if process is known else None
-    lib = namespace(traced.blocks, traced.inputs)
-    weight = lib.sqrt(lib.asarray(_diagonal(traced) if present is None else present))
+    traced = process.system(speed, 1.0)
+    lib = namespace(traced)
+    weight = lib.sqrt(lib.einsum("kjj->j", _forces(traced)))
     inputs, outputs = lib.asarray(traced.inputs) * weight, lib.asarray(traced.outputs) * weight[:, None]
     # Whether a force acts at once on what is seen.
     rates = bool(np.any(np.einsum("nsj,njs->nj", system.inputs, system.outputs)))
-    owner = _owners(system)
+    owner, count = _owners(system), len(order)
     if owner is not None:
         found = _alone(traced, inputs, outputs, owner, order, rates)
-        if isinstance(found, str) or process is not known or not _alike(found):
-            return found if isinstance(found, str) else _damped(found) or Uncoupled(found)
-    elif even:
-        found = _around(system, traced, inputs, outputs, order, rates)
     else:
-        return _COUPLED
-    if isinstance(found, str):
-        return found
-    count = len(order)
-    return _damped(found) or Families(found, -np.arange(count) / count, even)
+        found = _around(system, traced, inputs, outputs, order, rates) if even else _COUPLED
+    if isinstance(found, str) or (why := _damped(found)):
+        return found if isinstance(found, str) else why
+    # Of numbers that JAX traces none are alike.
+    if owner is not None and (process is not known or not _alike(found)):
+        return Uncoupled(found)
+    return Families(found, -np.arange(count) / count, even)
 
 
-def _forces(system: DelaySystem) -> Float[np.ndarray, "k N N"]:
+def _forces(system: DelaySystem) -> Float[AnyArray, "k N N"]:
     """The coefficient of each term."""
-    return np.stack([np.asarray(term.coefficient.at(np.zeros(1)))[0] for term in system.feedback])
-
-
-def _diagonal(system: DelaySystem) -> Float[AnyArray, " N"]:
     lib = namespace(system)
-    forces = lib.stack([lib.asarray(term.coefficient.at(np.zeros(1)))[0] for term in system.feedback])
-    return lib.einsum("kjj->j", forces)
+    return lib.stack([lib.asarray(term.coefficient.at(np.zeros(1)))[0] for term in system.feedback])
 
 
 def _lags(system: DelaySystem) -> list[Float[np.ndarray, " k"]]:
