@@ -11,7 +11,9 @@ from lobex import _checks
 from lobex._float64 import in_float64
 from lobex._timing import timed
 from lobex.limits.chattering_mode import no_labels
+from lobex.limits.phase import half_turns
 from lobex.limits.receptance_matrix import MatrixCurve
+from lobex.limits.sections import on_boundary
 from lobex.processes.milling import Milling
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import check_process, check_speed
@@ -239,8 +241,8 @@ def _of_harmonics(
     kind = Kind.HOPF
     at_half = branch[-1]
     real = at_half[(np.abs(at_half.imag) < 1e-9 * np.abs(at_half)) & (at_half.real < 0)]
-    if real.size and (best is None or -0.5 / real.real.min() < best[0]):
-        best, kind = (float(-0.5 / real.real.min()), half), Kind.FLIP
+    if real.size and (best is None or on_boundary(real.real.min()) < best[0]):
+        best, kind = (float(on_boundary(real.real.min())), half), Kind.FLIP
     if best is None:
         return None
     gain, omega = best
@@ -282,7 +284,7 @@ def _followed(values: Complex[np.ndarray, "k n"]) -> Complex[np.ndarray, "k n"]:
 
 def _turns(omega: Any, value: Any, tau: float) -> Any:
     """ωτ less what the phase of an eigenvalue asks for, in turns: whole at the boundary of stability."""
-    return (omega * tau - 2 * np.angle(-value)) / (2 * np.pi) - 0.5
+    return omega * tau / (2 * np.pi) + half_turns(value)
 
 
 def _lowest(
@@ -301,7 +303,7 @@ def _lowest(
         for whole in range(int(np.floor(ends[0])) + 1, int(np.floor(ends[1])) + 1):
             share = (whole - turns[i, j]) / (turns[i + 1, j] - turns[i, j])
             value = branch[i, j] + share * (branch[i + 1, j] - branch[i, j])
-            brackets.append((-0.5 / value.real, i, j, whole))
+            brackets.append((on_boundary(value.real), i, j, whole))
     best: tuple[float, float] | None = None
     for estimate, i, j, whole in sorted(brackets):
         if best is not None and estimate > 1.5 * best[0]:
@@ -332,4 +334,4 @@ def _settled(
         omega = low if off[0] == 0 else high
     else:
         omega: Any = brentq(lambda at: float(_turns(at, value(at), tau)) - whole, low, high, xtol=_STILL * high)
-    return -0.5 / value(omega).real, float(omega)
+    return float(on_boundary(np.asarray(value(omega).real))), float(omega)
