@@ -242,7 +242,7 @@ def test_a_ring_in_its_own_frame_has_the_same_multipliers():
         (lambda: Blading(ONE, 0), "count = 0"),
         (lambda: Blading(ONE, 2.5), "count = 2.5"),
         (lambda: Blading(lobex.Modes.plane(x=ONE, y=ONE), 3), "contact directions"),
-        (lambda: Blading("rod", 3), "give lobex.Modes"),
+        (lambda: Blading("rod", 3), "blade = 'rod': give lobex.Modes"),
         (lambda: Blading(ONE, 3, spacing=[100, 100, 100]), "adds up to 300°"),
         (lambda: Blading(ONE, 3, spacing=[2, 2, 2.283185]), "adds up to 6.283185°"),
         (lambda: Blading(ONE, 3, spacing=[180, 180]), "one angle per blade"),

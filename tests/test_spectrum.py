@@ -179,6 +179,7 @@ def test_printing_and_saving(spectrum, tmp_path):
         (lambda s: lobex.critical_speeds(ROD, 0), "nodal_diameters = 0"),
         (lambda s: lobex.critical_speeds(ROD, 2, 0), "harmonics = 0"),
         (lambda s: lobex.campbell("rod"), "modes = 'rod'"),
+        (lambda s: lobex.campbell(ROD, limit="rub"), "limit = 'rub' is no limit"),
         (lambda s: lobex.campbell(ROD, highest_speed=np.nan), "highest_speed = nan"),
     ],
 )

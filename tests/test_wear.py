@@ -324,6 +324,15 @@ def test_a_lane_that_blows_up_is_nan_and_named(monkeypatch):
         (lambda: march(speed=[80.0]).plot(), "is no map"),
         (lambda: march().plot(speed_along="z"), "speed_along = 'z'"),
         (lambda: march().nearest(-1.0), "speed = -1"),
+        (lambda: march(incursion=np.nan), "incursion = nan"),
+        (lambda: march(incursion=5.0), "incursion = 5 m in each of 3 revolutions"),
+        (lambda: march(lobex.Casing(structure=3.0)), "casing.structure = 3.0"),
+        (lambda: march(angles_degrees=[0.0, 90.0]), "angles_degrees has shape (2,)"),
+        (lambda: march(tracks=(1,)), "tracks = 1"),
+        (lambda: march(watched=1), "watched = 1 leaves no contact"),
+        (lambda: march(speed=lambda number: number * np.nan), "speed = [nan, nan, nan]"),
+        (lambda: march(speed=lambda number: 80.0), "speed(number) has shape ()"),
+        (lambda: march(law=[RUB, RUB]), "law has 2 entries"),
     ],
 )
 def test_bad_input_is_refused_in_one_line(call, words):

@@ -60,10 +60,7 @@ class Structure:
 
     def __init__(self, name: str, given: Any, contacts: int | None = None) -> None:
         blade = getattr(given, "blade", given)
-        try:
-            check_modes(blade, over_speed=True)
-        except ValueError as error:
-            raise ValueError(str(error).replace("modes =", f"{name} =", 1)) from None
+        check_modes(blade, over_speed=True, name=name)
         self.given, self.blade = given, blade
         self.blades = given.count if blade is not given else 1
         self.contacts = blade.directions if contacts is None else contacts

@@ -74,7 +74,7 @@ def march_wear(
         "give fewer, or a store that takes the speeds in parts: store=, in the shell --store DIR",
     )
     history = _checked_speeds(arranged, speed, revolutions, plausible)
-    closing = _closing(incursion)
+    closing = _closing(incursion, revolutions, float(arranged.casings[0].radius))
     factor = factor_for(steps, samples)
     with timed() as spent:
         with at_once():
@@ -117,9 +117,14 @@ def bytes_of_lane(arranged: Arrangement, revolutions: int, steps: int, samples: 
     return 8 * (2 * steps * (max(arranged.track) + 1) + revolutions * (2 * samples * seen + 16 * contacts))
 
 
-def _closing(incursion: Any) -> float:
+def _closing(incursion: Any, revolutions: int, radius: float) -> float:
     _checks.as_numbers("incursion", incursion, "m per revolution")
     _checks.scalar("incursion", incursion)
+    if abs(float(incursion)) * revolutions >= radius:
+        raise ValueError(
+            f"incursion = {float(incursion):.6g} m in each of {revolutions} revolutions is not below the casing's "
+            f"radius = {radius:.6g} m; check the units"
+        )
     return float(incursion)
 
 

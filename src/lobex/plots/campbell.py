@@ -57,6 +57,8 @@ def campbell(
     """
     check_modes(modes, over_speed=True)
     _checks.untraced("a picture", modes=modes)
+    if limit is not None and not hasattr(limit, "chatter_frequency"):
+        raise ValueError(f"limit = {_checks.brief(limit)} is no limit; give one such as lobex.exact_limit finds")
     critical = critical_speeds(modes, nodal_diameters, _HARMONICS)
     slowest, last = speed_range(modes)
     first = critical[0, 0] if np.isfinite(critical[0, 0]) else natural_frequencies(modes, np.array([slowest]))[0, 0]

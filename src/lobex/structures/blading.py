@@ -49,7 +49,7 @@ class Blading:
     range_of_gaps: tuple[float, float] = (0.0, 1.0)
 
     def __post_init__(self) -> None:
-        check_modes(self.blade, over_speed=True)
+        check_modes(self.blade, over_speed=True, name="blade")
         if self.blade.directions != 1:
             raise ValueError(f"blade has {self.blade.directions} contact directions; give modes with one")
         object.__setattr__(self, "count", _checks.integer("count", self.count, 1))

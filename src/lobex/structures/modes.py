@@ -290,8 +290,10 @@ class Modes:
         return jax.tree.map(lambda leaf: leaf[index], self)
 
 
-def check_modes(modes: Any, measured: bool = False, over_speed: bool = False) -> None:
-    """Require ``Modes`` or, if ``measured``, a measured receptance, or, if ``over_speed``, a table in their place."""
+def check_modes(modes: Any, measured: bool = False, over_speed: bool = False, name: str = "modes") -> None:
+    """Require ``Modes`` or, if ``measured``, a measured receptance, or, if ``over_speed``, a table in their place, of
+    the argument ``name``.
+    """
     table = hasattr(modes, "check_speed")
     if isinstance(modes, Modes) or (measured and hasattr(modes, "response")) or (over_speed and table):
         return
@@ -299,12 +301,12 @@ def check_modes(modes: Any, measured: bool = False, over_speed: bool = False) ->
         hint = "modes over speed serve processes alone; give those at one speed, by at(speed)"
     elif hasattr(modes, "response"):
         hint = "a measured receptance serves exact_limit and, of milling, zero_order_limit and "
-        hint += "multi_frequency_limit); give lobex.Modes"
+        hint += "multi_frequency_limit; give lobex.Modes"
     elif hasattr(modes, "driving_points"):
         hint = "it is measured; give the modes fitted to it, by modes()"
     else:
         hint = "give lobex.Modes, such as lobex.Rod().modes()"
-    raise ValueError(f"modes = {_checks.brief(modes)}: {hint}")
+    raise ValueError(f"{name} = {_checks.brief(modes)}: {hint}")
 
 
 def unchecked(**fields: Any) -> Modes:
