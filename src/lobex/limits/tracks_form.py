@@ -109,8 +109,9 @@ def tracks_of(process: Process, known: Process, speed: float) -> Uncoupled | Fam
         found = _alone(traced, inputs, outputs, owner, order, rates)
     else:
         found = _around(system, traced, inputs, outputs, order, rates) if even else _COUPLED
-    refused = found if isinstance(found, str) else _damped(found)
-    if isinstance(found, str) or refused:
+    if isinstance(found, str):
+        return found
+    if refused := _damped(found):
         return refused
     # Of numbers that JAX traces none are alike.
     if owner is not None and (process is not known or not _alike(found)):
