@@ -164,6 +164,7 @@ def test_what_has_no_exact_limit_says_why_and_the_operator_has_it():
 def test_coupled_blades_have_the_reference_limits_by_the_operator(kind, gaps, gain):
     limit = lobex.critical_gain(blading(kind, spacing=gaps), 85.0, (5000.0, 20000.0), scan=9)
     assert limit.gain[0] == pytest.approx(gain, rel=1e-8)
+    assert (limit.mode[0], limit.nodal_diameter[0]) == (1, -1)
 
 
 # A beam inclined by 30 degrees that rubs with friction in a casing of two nodal diameters.

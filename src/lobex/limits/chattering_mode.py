@@ -11,8 +11,12 @@ from lobex.limits.closed_form import Contacts, Regeneration, closed_form, closed
 from lobex.limits.receptance import receptance
 from lobex.limits.sections import Sections
 from lobex.limits.track_product import Uncoupled
+from lobex.limits.tracks_form import Families
 from lobex.processes.at_speeds import at_speed, has_followers
+from lobex.processes.declared import mean_sizes
 from lobex.processes.process import Process
+from lobex.structures.blading import Blading
+from lobex.systems.system import DelaySystem, Forces
 
 
 class Labels(NamedTuple):
@@ -55,14 +59,24 @@ def labels_of(found: Any, gain: Any, omega: Any) -> Labels:
 
 
 def labels_of_process(process: Process, speed: Float[np.ndarray, " n"], gain: Any, frequency: Any) -> Labels:
-    """Of limits found otherwise, at frequencies in Hz, where the process has a closed form."""
+    """Of limits found otherwise, at frequencies in Hz: by the closed form where there is one, by the blocks of the
+    structure else.
+    """
+    omega = 2 * np.pi * np.asarray(frequency, dtype=float)
     if has_followers(process):
-        found: Any = closed_forms([at_speed(process, one) for one in speed])
-        alike = not isinstance(found, str) and isinstance(found[0], Regeneration)
-        found = jax.tree.map(lambda *leaves: np.stack(leaves), *found) if alike else None
+        forms: Any = closed_forms([at_speed(process, one) for one in speed])
+        if isinstance(forms, str):
+            return _labels_by_blocks(process, speed, gain, omega)
+        alike = isinstance(forms[0], Regeneration)
+        found: Any = jax.tree.map(lambda *leaves: np.stack(leaves), *forms) if alike else None
     else:
         found = closed_form(process)
-    return labels_of(found, gain, 2 * np.pi * frequency)
+    if isinstance(found, str):
+        return _labels_by_blocks(process, speed, gain, omega)
+    if isinstance(found, Families):
+        waves = _waves(found, speed, gain, omega) if found.even else np.full(np.size(speed), -1)
+        return labels_of_families(found.receptance, waves, gain, omega)
+    return labels_of(found, gain, omega)
 
 
 def labels_of_families(receptance: Sections, waves: Int[np.ndarray, " n"], gain: Any, omega: Any) -> Labels:
@@ -103,3 +117,44 @@ def _loudest(blades: Uncoupled, gain: Float[np.ndarray, " n"], omega: Float[np.n
         response = gain * np.asarray(receptance(one, omega))
         size[:, j] = size[:, j - 1] * np.abs(response / (1 + response))
     return np.argmax(size, axis=1)
+
+
+def _waves(found: Families, speed: Float[np.ndarray, " n"], gain: Any, omega: Any) -> Int[np.ndarray, " n"]:
+    """Of each limit the number of waves around the disc whose characteristic equation holds there."""
+    turns = omega[:, None] / (2 * np.pi * found.blades * speed[:, None]) + np.asarray(found.turn)
+    sources = (jax.tree.map(lambda part, k=k: np.asarray(part)[k], found.receptance) for k in range(found.blades))
+    response = np.stack([np.asarray(receptance(one, omega)) for one in sources], axis=1)
+    left = np.abs(1 + np.asarray(gain)[:, None] * response * (1 - np.exp(-2j * np.pi * turns)))
+    return np.argmin(np.where(np.isfinite(left), left, np.inf), axis=1)
+
+
+def _labels_by_blocks(process: Process, speed: Float[np.ndarray, " n"], gain: Any, omega: Any) -> Labels:
+    """The mode whose block takes the largest part in what the forces do, by the mean size of their coefficients."""
+    there = np.flatnonzero(np.isfinite(gain) & np.isfinite(omega))
+    labels = no_labels(len(speed))
+    structure = getattr(process, "modes", None)
+    blades = structure.count if isinstance(structure, Blading) else 0
+    groups = [there[i : i + 1] for i in range(len(there))] if has_followers(process) else [there][: len(there)]
+    for group in groups:
+        at = float(speed[group[0]]), float(gain[group[0]])
+        system = process.system(*at)
+        size = np.shape(system.blocks)[1]
+        if size != 2 and not blades:
+            return labels
+        # A mode of all blades is one block where springs couple them, and one for each blade where not.
+        number = np.argmax(_parts_of_blocks(system, mean_sizes(process, *at), omega[group]), axis=1)
+        labels.mode[group] = 1 + (number // blades if size == 2 and blades else number)
+    return labels
+
+
+def _parts_of_blocks(
+    system: DelaySystem, sizes: Forces, omega: Float[np.ndarray, " n"]
+) -> Float[np.ndarray, "n blocks"]:
+    """How large the part of each block is in all loops of the system, each coefficient by its mean size."""
+    blocks, inputs = np.asarray(system.blocks), np.asarray(system.inputs)
+    still = 1j * omega[:, None, None, None] * np.eye(blocks.shape[1]) - blocks
+    moved = np.linalg.solve(still, np.broadcast_to(inputs, (len(omega), *inputs.shape)))
+    parts = np.zeros((len(omega), len(blocks)))
+    for size, seen in ((sizes.present, system.outputs), *((one, system.recalled) for one in sizes.delayed)):
+        parts += np.einsum("er,jnre->jn", size, np.abs(np.asarray(seen) @ moved))
+    return parts

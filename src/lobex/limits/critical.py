@@ -17,7 +17,7 @@ from lobex.grids.resolution import oddities
 from lobex.grids.sweep import SweepWarning
 from lobex.limits.changes import Changes, polished
 from lobex.limits.changes_on_axis import changes_on_axis
-from lobex.limits.chattering_mode import labels_of_process, no_labels
+from lobex.limits.chattering_mode import labels_of_process
 from lobex.limits.closed_form import Regeneration, closed_form
 from lobex.limits.receptance import Receptance
 from lobex.limits.scan import scan_gains
@@ -89,10 +89,7 @@ def critical_gain(
             warnings.warn(message, SweepWarning, stacklevel=3)
         parts, doubts = _search(model, speeds, gains, chosen, progress)
         _leave_undefined(model, speeds, parts)
-        # What an operator serves has other coefficients, or several contacts.
-        roots = isinstance(chosen, CharacteristicRoots)
-        known = parts["gain"], parts["chatter_frequency"]
-        labels = labels_of_process(model, speeds, *known) if roots else no_labels(len(speeds))
+        labels = labels_of_process(model, speeds, parts["gain"], parts["chatter_frequency"])
     if doubts:
         warnings.warn(doubts, SweepWarning, stacklevel=3)
     return _limit(process, speeds, gains, chosen, spent, **parts, **labels._asdict())

@@ -18,7 +18,7 @@ from lobex._pytree import is_measured
 from lobex._shapes import AnyArray
 from lobex.processes.process import Process
 from lobex.systems.coefficients import Function
-from lobex.systems.system import DelaySystem
+from lobex.systems.system import DelaySystem, Forces
 from lobex.systems.terms import Forcing
 
 _PHASES = np.arange(32) / 32
@@ -37,6 +37,7 @@ class Numbers(NamedTuple):
         declared: whether each is in the range that was said.
         delay_range: the range, in periods, (k, 2).
         force: the largest force per unit of output, now and remembered, at any phase, (k,).
+        sizes: the mean size of each coefficient of present and remembered outputs, (k, e, r) and (k, e, m) each.
         finite: whether the structure is, and the forces at every phase, (k, 2).
     """
 
@@ -46,6 +47,7 @@ class Numbers(NamedTuple):
     declared: Bool[AnyArray, "*k delays phases"]
     delay_range: Float[AnyArray, "*k 2"]
     force: Float[AnyArray, " *k"]
+    sizes: Forces
     finite: Bool[AnyArray, "*k 2"]
 
 
@@ -81,6 +83,12 @@ def largest_force(process: Process, speed: float, gain: float) -> float:
     return float(np.asarray(_numbers(process, np.full(_POINTS, speed), np.full(_POINTS, gain)).force)[0])
 
 
+def mean_sizes(process: Process, speed: float, gain: float) -> Forces:
+    """Of each coefficient over the period of a system that was checked, (e, r) and (e, m) each."""
+    found = _numbers(process, np.full(_POINTS, speed), np.full(_POINTS, gain)).sizes
+    return jax.tree.map(lambda part: np.asarray(part)[0], found)
+
+
 @jax.jit
 def _numbers(process: Process, speed: Float[Array, " k"], gain: Float[Array, " k"]) -> Numbers:
     def at(speed: Float[Array, ""], gain: Float[Array, ""]) -> Numbers:
@@ -98,6 +106,7 @@ def _numbers(process: Process, speed: Float[Array, " k"], gain: Float[Array, " k
             declared=system.declared(lag),
             delay_range=jnp.array([system.shortest, system.longest]),
             force=jnp.max(sum(jnp.linalg.norm(part, axis=(1, 2)) for part in (forces.present, *forces.delayed))),
+            sizes=jax.tree.map(lambda part: jnp.mean(jnp.abs(part), axis=0), forces),
             finite=jnp.stack([_all_finite(structure), _all_finite(forces)]),
         )
 

@@ -31,8 +31,8 @@ class Limit(OfProcess, form="lobex limit 3"):
         intervals: every stable interval of gains within the bounds, (n, k, 2), NaN past the last of a speed;
             an interval that begins or ends at a bound goes on beyond it, as far as is known.
         mode: the number of the mode that takes the largest part in the vibration at the limit, (n,), from 1 in the
-            order of the structure's, those of a casing after those of the blade; 0 where it is not told, as of what is
-            found by an operator.
+            order of the structure's, those of a casing after those of the blade; 0 where it is not told, as of an
+            equation that does not say its modes.
         nodal_diameter: k of a stage of N equal blades that vibrate as e^{i(ωt − 2πkj/N)}, (n,), each by k/N of a period
             after the one before it: k waves go around the disc, or N − k the other way; −1 where there are none.
         error: estimated error of the gain, of a finer discretisation, (n,).
