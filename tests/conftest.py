@@ -3,12 +3,13 @@ import os
 import signal
 import tempfile
 
-import quick
-
 # Before NumPy and SciPy load it: every worker has a core, and JAX a thread on each.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 # Before JAX loads: 0.9 writes a line of its own for every program that it finds in the cache.
 os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", "3")
+
+import quick
+
 # Empty flags, as make test-all has them, compile as for users.
 os.environ.setdefault("XLA_FLAGS", quick.flags())
 

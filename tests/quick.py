@@ -4,19 +4,12 @@ import mmap
 from importlib.util import find_spec
 from pathlib import Path
 
-# LLVM as it comes, loops written by the older of XLA's two generators, whose code is shorter, and each program in one
-# part, as every core has a worker: a sixth of the time that the defaults take. What is computed is the same, to
-# rounding.
-_QUICK = {
-    "xla_backend_optimization_level": "0",
-    "xla_cpu_use_fusion_emitters": "false",
-    "xla_cpu_parallel_codegen_split_count": "1",
-}
+from lobex._quickly import QUICK
 
 
 def flags() -> str:
     """``XLA_FLAGS`` for programs that are compiled quickly; a flag that this jaxlib does not know would end JAX."""
-    return " ".join(f"--{name}={value}" for name, value in _QUICK.items() if _known(name))
+    return " ".join(f"--{name}={str(value).lower()}" for name, value in QUICK.items() if _known(name))
 
 
 def _known(name: str) -> bool:

@@ -10,6 +10,7 @@ from jaxtyping import Bool, Complex, Float, Int
 from lobex import _checks
 from lobex._namespace import namespace
 from lobex._pytree import pytree
+from lobex._quickly import compiled_quickly
 from lobex.characteristic.closed_loop import doubt
 from lobex.characteristic.function import Contact, by_blocks, by_poles
 from lobex.characteristic.grid import Structure, rightmost_at_points, rightmost_roots
@@ -208,7 +209,7 @@ def _parts(
     return structure, present[0], every[0] if len(every) == 1 else namespace(every).stack(every)
 
 
-@jax.jit
+@compiled_quickly
 def _contacts(
     process: Process, speeds: Float[Any, " n"], largest: Any
 ) -> tuple[Structure, Any, Bool[Any, " n"], Bool[Any, " n"], Float[Any, "n e r"]]:

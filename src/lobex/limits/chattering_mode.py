@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from lobex import _checks
+from lobex._float64 import in_float64
 from lobex.limits.closed_form import Contacts, Regeneration, closed_form, closed_forms
 from lobex.limits.receptance import receptance
 from lobex.limits.sections import Sections
@@ -58,6 +59,7 @@ def labels_of(found: Any, gain: Any, omega: Any) -> Labels:
     return none._replace(mode=np.where(there, 1 + np.argmax(_parts(sections, at), axis=1), 0))
 
 
+@in_float64
 def labels_of_process(process: Process, speed: Float[np.ndarray, " n"], gain: Any, frequency: Any) -> Labels:
     """Of limits found otherwise, at frequencies in Hz: by the closed form where there is one, by the blocks of the
     structure else.

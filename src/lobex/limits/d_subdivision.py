@@ -22,6 +22,7 @@ from lobex._batches import in_batches
 from lobex._float64 import in_float64
 from lobex._namespace import namespace
 from lobex._pytree import pytree
+from lobex._quickly import compiled_quickly
 from lobex._shapes import AnyArray, ArrayLike, Numbers
 from lobex.characteristic.lanes import few
 from lobex.limits.above import above
@@ -261,7 +262,7 @@ def _stretches(source: Regeneration | Branched) -> Stretches:
 
 
 # Of a structure, whatever is asked of it.
-@jax.jit
+@compiled_quickly
 def every_stretch(source: Regeneration | Branched) -> Stretches:
     """The stretches of its receptance."""
     return stretches(_curve(jax.lax.stop_gradient(source)))

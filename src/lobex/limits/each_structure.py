@@ -10,6 +10,7 @@ from jaxtyping import Bool, Float, Int
 from lobex._batches import in_batches
 from lobex._float64 import in_float64
 from lobex._namespace import namespace
+from lobex._quickly import compiled_quickly
 from lobex._shapes import AnyArray
 from lobex.limits.closed_form import Regeneration
 from lobex.limits.d_subdivision import every_stretch, limit_at
@@ -53,7 +54,7 @@ def limits_of_each(
     return gain, omega, tie
 
 
-_stretches_of_each = jax.jit(jax.vmap(every_stretch))
+_stretches_of_each = compiled_quickly(jax.vmap(every_stretch))
 
 
 @jax.jit

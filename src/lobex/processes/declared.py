@@ -5,6 +5,7 @@ gains that are asked for.
 """
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import jax
@@ -15,6 +16,7 @@ from jaxtyping import Array, Bool, Float
 from lobex import _checks
 from lobex._float64 import at_once, widened
 from lobex._pytree import is_measured
+from lobex._quickly import compiled_quickly
 from lobex._shapes import AnyArray
 from lobex.processes.process import Process
 from lobex.systems.coefficients import Function
@@ -68,7 +70,7 @@ def check_system(process: Process, speed: Any, gain: Any = None, *, finite: bool
         return
     with at_once():
         if gain is None or not np.size(speed) or not np.size(gain):
-            _in_one_line(process, _numbers.eval_shape, np.ones(_POINTS), np.ones(_POINTS))
+            _in_one_line(process, partial(jax.eval_shape, _numbers), np.ones(_POINTS), np.ones(_POINTS))
             return
         speeds, gains = _ends(np.asarray(speed, dtype=float), np.asarray(gain, dtype=float))
         found = jax.tree.map(np.asarray, _in_one_line(process, _numbers, speeds, gains))
@@ -89,9 +91,9 @@ def mean_sizes(process: Process, speed: float, gain: float) -> Forces:
     return jax.tree.map(lambda part: np.asarray(part)[0], found)
 
 
-@jax.jit
-def _numbers(process: Process, speed: Float[Array, " k"], gain: Float[Array, " k"]) -> Numbers:
-    def at(speed: Float[Array, ""], gain: Float[Array, ""]) -> Numbers:
+@compiled_quickly
+def _numbers(process: Process, speed: Float[AnyArray, " k"], gain: Float[AnyArray, " k"]) -> Numbers:
+    def at(speed: Float[AnyArray, ""], gain: Float[AnyArray, ""]) -> Numbers:
         system = process.system(speed, gain)
         _check_form(type(process).__name__, system)
         functions = [node for node in jax.tree.leaves(system, is_leaf=_is_function) if _is_function(node)]
