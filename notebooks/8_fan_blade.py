@@ -66,7 +66,8 @@ plt.show()
 
 # %%
 STAGE_SPEED = np.linspace(85.0, 95.0, 11)
-MOST, STEPS = 0.03, 40
+MOST = 0.03
+STEPS = 40
 first = rough.at(90.0).select([1])
 
 

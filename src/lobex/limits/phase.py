@@ -1,5 +1,7 @@
 """The phase of the delay and of a receptance, in turns: at a whole number a lobe of that number passes."""
 
+from typing import Any
+
 import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Complex, Float, Int
@@ -9,8 +11,8 @@ from lobex._shapes import AnyArray, Number
 from lobex.limits.receptance_curve import ReceptanceCurve
 
 
-def half_turns(response: Complex[AnyArray, " *points"]) -> Float[AnyArray, " *points"]:
-    """−arg G/π − 1/2, with arg G in (−2π, 0]: continuous where Re G < 0, for Im G of either sign."""
+def half_turns(response: Complex[AnyArray, " *points"] | complex) -> Any:
+    """−arg G/π − 1/2, of its shape, (…), with arg G in (−2π, 0]: continuous where Re G < 0, for Im G of either sign."""
     lib = namespace(response)
     return lib.mod(lib.arctan2(-response.imag, response.real), 2 * lib.pi) / lib.pi - 0.5
 

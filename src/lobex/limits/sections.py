@@ -1,5 +1,7 @@
 """The receptance of a structure as a sum of second-order sections, and its derivatives by frequency."""
 
+from typing import Any
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -67,8 +69,8 @@ def sections_of_blocks(
     return Sections(own, damping_ratio, weight, rate)
 
 
-def on_boundary(value: Float[AnyArray, " *points"]) -> Float[AnyArray, " *points"]:
-    """K = −1/(2 Re G) of a root on the imaginary axis, of Re G; and Re G of K."""
+def on_boundary(value: Float[AnyArray, " *points"] | float) -> Any:
+    """K = −1/(2 Re G) of a root on the imaginary axis, of Re G; and Re G of K: of its shape, (…)."""
     return -0.5 / value
 
 
