@@ -19,6 +19,8 @@ PLAIN = lobex.Modes([2000.0, 3300.0], [0.03, 0.02], [[1.0], [0.5]])
 RUBBING = lobex.Modes([2000.0, 3300.0], [0.03, 0.02], [[1.0, 0.3], [0.4, -0.8]]).in_contact((1, 0), (0, 1), 0.3)
 TURNING = BEAM.rotating(0.03, [1, 2, 3], normal=(0.9, 0.1, 0.3), sliding=(0.0, 3.0, -1.0), friction=0.2)
 TWO = lobex.Modes([2000.0, 3300.0], [0.03, 0.02], [[1.0, 0.3], [0.4, -0.8]])
+# Two contacts of one tip, each with a normal, a sliding and a friction of its own.
+EACH = TWO.in_contact([(1, 0), (0.6, 0.8)], [(0, 1), (0.8, -0.6)], [0.3, 0.1])
 CASING = lobex.Modes([2600.0, 4100.0], [0.02, 0.02], [[0.5], [0.3]])
 
 

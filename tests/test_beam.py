@@ -106,6 +106,23 @@ def test_a_contact_sees_what_the_tip_does_by_closed_form():
     assert both[:, 1] == pytest.approx(beam.contact(chord=-chord)[0][:, 0])
 
 
+def test_each_contact_of_a_tip_has_its_own_normal_sliding_and_friction():
+    beam = lobex.Beam.rectangular(elements=2, stagger_degrees=30.0, **UNIFORM)
+    normals, slidings = [(1.0, 0.3, 0.1), (1.0, 0.0, 0.0)], [(-0.3, 1.0, 0.0), (0.0, 0.0, 2.0)]
+    every = beam.contact(normals, slidings, [0.2, 0.4], chord=[0.02, -0.01])
+    own = zip(normals, slidings, [0.2, 0.4], [0.02, -0.01], strict=True)
+    each = [beam.contact(*one) for one in own]
+    for side in (0, 1):
+        assert every[side] == pytest.approx(np.concatenate([one[side] for one in each], axis=1))
+    # What is said once is that of all.
+    seen, loading = beam.contact(normals[0], slidings[0], [0.2, 0.4], chord=0.02)
+    assert seen == pytest.approx(np.repeat(each[0][0], 2, axis=1))
+    assert loading == pytest.approx(seen + (each[0][1] - each[0][0]) * [1.0, 2.0])
+    modes = beam.modes(0.01, [1, 2, 3])
+    assert beam.modes(0.01, [1, 2, 3], normal=normals).directions == 2
+    assert modes.directions == 1
+
+
 def test_modes_have_the_receptance_of_matrices_with_friction():
     beam = lobex.Beam.rectangular(elements=2, stagger_degrees=30.0, twist_degrees=[0.0, 20.0], **UNIFORM)
     contact = {"normal": (1.0, 0.3, 0.1), "sliding": (-0.3, 1.0, 0.0), "friction": 0.2, "chord": 0.02}
@@ -126,6 +143,9 @@ def test_one_contact_of_several_directions_is_seen_along_its_normal():
     assert one.force_shape is None
     rubbing = modes.in_contact([3.0, 4.0], sliding=[-4.0, 3.0], friction=0.25)
     assert rubbing.loading[:, 0] == pytest.approx(shapes @ [0.6 - 0.2, 0.8 + 0.15])
+    two = modes.in_contact([[3.0, 4.0], [1.0, 0.0]], [[-4.0, 3.0], [0.0, 1.0]], [0.25, 0.5])
+    assert two.shape == pytest.approx(np.stack([one.shape[:, 0], shapes[:, 0]], axis=1))
+    assert two.loading == pytest.approx(np.stack([rubbing.loading[:, 0], shapes @ [1.0, 0.5]], axis=1))
     poles = lobex.Modes.from_poles([-2.0 + 80.0j], np.outer([1.0, 0.5j], [0.4, 1.0])[None])
     whirling = poles.in_contact([3.0, 4.0], sliding=[-4.0, 3.0], friction=0.25)
     for name, vector in (("shape", [0.6, 0.8]), ("quadrature", [0.6, 0.8]), ("force_shape", [0.4, 0.95]),

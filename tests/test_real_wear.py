@@ -8,6 +8,7 @@ import pytest
 import lobex
 from real_blades import (
     CASING,
+    EACH,
     PLAIN,
     RUBBING,
     TURNING,
@@ -34,15 +35,38 @@ def limit(modes, speed=SPEED):
         (RUBBING, None, RUBBING),
         (TURNING, None, TURNING.at(SPEED)),
         (TWO, None, TWO),
+        (EACH, None, EACH),
         (PLAIN, CASING, lobex.Modes.relative(tool=PLAIN, workpiece=CASING)),
     ],
-    ids=["friction", "complex modes", "two contacts", "flexible casing"],
+    ids=["friction", "complex modes", "two contacts", "friction of each", "flexible casing"],
 )
 def test_growth_of_a_march_is_the_multiplier(marched, structure, delayed):
     stiffness = 1.02 * limit(delayed)
     march = in_permanent_contact(marched, stiffness, SPEED, 1024, structure=structure)
     assert np.abs(grown(march)) == pytest.approx([multiplier(delayed, stiffness, SPEED, 1024)], rel=1e-4)
     assert np.max(np.abs(march.energy_error)) < 1e-6
+
+
+def test_contacts_have_laws_of_several_kinds():
+    """What is linear by another name is marched as linear, each contact on its own profile."""
+    casings = [BUMPS, lobex.Casing(3, amplitude=3e-5)]
+    marches = [
+        lobex.march_wear(EACH, casings, laws, SPEEDS, 3, 960, samples_per_revolution=16)
+        for laws in (
+            [lobex.Linear(1e6), lobex.Linear(2e6)],
+            [lobex.Bilinear(1e6, 1e6, 2e-5), lobex.Linear(2e6)],
+            [lobex.Linear(1e6), lobex.KelvinVoigt(2e6, 0.0)],
+            [lobex.Linear(1e6), lobex.Plastic(2e6, 1.0)],
+        )
+    ]
+    plain, *same, other = marches
+    assert np.all(plain.force.max(axis=2) > 0)
+    for march in same:
+        for name in ("depth", "force", "displacement", "friction_energy"):
+            expected = getattr(plain, name)
+            assert getattr(march, name) == pytest.approx(expected, rel=1e-8, abs=1e-9 * np.max(np.abs(expected))), name
+    assert np.max(np.abs(other.depth[:, 1] - plain.depth[:, 1])) > 1e-6
+    assert other.of(1).model["law"]["type"] == "Plastic"
 
 
 def test_growth_of_blades_in_one_track_is_the_multiplier():

@@ -9,6 +9,7 @@ from jaxtyping import Float
 
 from lobex import _checks
 from lobex.contact.casing import Casing, check_casing
+from lobex.contact.law_of_each import OfEach
 from lobex.contact.laws import ContactLaw, check_law
 from lobex.marches.bodies import Structure
 from lobex.marches.tracks import Tracks
@@ -48,8 +49,6 @@ class Arrangement(NamedTuple):
         track = _track_of(tracks, blades.contacts)
         casings = _each("casing", casing, max(track) + 1, check_casing, "track")
         laws = _each("law", law, blades.contacts, check_law, "contact")
-        if len({type(one) for one in laws}) > 1:
-            raise ValueError("law has laws of several kinds; give one kind for all contacts, of other numbers for each")
         first = casings[0]
         if any(float(one.radius) != float(first.radius) or one.structure is not first.structure for one in casings):
             raise ValueError("casing has tracks of several radii or structures; give one radius and one structure")
@@ -80,6 +79,8 @@ class Arrangement(NamedTuple):
         """One law for all contacts, its numbers over (contacts, 1, 1) where they differ."""
         if len(self.laws) == 1:
             return self.laws[0]
+        if len({type(one) for one in self.laws}) > 1:
+            return OfEach(self.laws)
         return jax.tree.map(lambda *parts: np.array(parts, dtype=float).reshape(-1, 1, 1), *self.laws)
 
     def tracks(self, cells: int) -> Tracks:
@@ -123,8 +124,5 @@ def _places(modes: Any, blades: Structure, angles: Any) -> Float[np.ndarray, "co
                 f"angles_degrees has shape {np.shape(angles)}; give one for each contact, ({blades.contacts},)"
             )
         own = degrees / 360
-    ahead = np.zeros(1)
-    if blades.blades > 1:
-        # Blade j follows blade j − 1: it comes to a place after it.
-        ahead = -np.cumsum(np.append(0.0, np.asarray(modes.gaps)[1:]))
+    ahead = np.asarray(modes.places) if blades.blades > 1 else np.zeros(1)
     return own[:, None] + ahead

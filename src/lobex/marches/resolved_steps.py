@@ -93,7 +93,8 @@ def _check_rate(arranged: Arrangement, modes: Modes, speed: float, steps: int) -
     """Require steps in which what a law adds by its rate does not swing: it is extrapolated from the last two."""
     if not any(getattr(law, "follows_rate", False) for law in arranged.laws):
         return
-    viscosity = np.array([float(_viscosity(law)) for law in arranged.laws])
+    laws = arranged.laws
+    viscosity = np.array([float(_viscosity(law)) if getattr(law, "follows_rate", False) else 0.0 for law in laws])
     taken = np.max(np.abs(np.linalg.eigvals((np.asarray(modes.shape).T @ np.asarray(modes.loading)) * viscosity)))
     needed = int(taken / speed) + 1
     if steps < needed:

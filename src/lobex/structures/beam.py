@@ -177,14 +177,14 @@ class Beam:
 
     @in_float64
     def contact(
-        self, normal: Any = _RADIAL, sliding: Any = None, friction: Number = 0.0, chord: Any = 0.0
+        self, normal: Any = _RADIAL, sliding: Any = None, friction: Any = 0.0, chord: Any = 0.0
     ) -> tuple[Float[AnyArray, "dof m"], Float[AnyArray, "dof m"] | None]:
         """What contacts at m points of the tip see and, with sliding, load, as combinations of the degrees of freedom.
 
         Args:
-            normal: n, into the casing, (radial, tangential, axial), of any length.
+            normal: n, into the casing, (radial, tangential, axial), of any length; or one for each place, (m, 3).
             sliding: t, the direction along the casing in which the tip slides, as many; None without friction.
-            friction: coefficient μ of the force −μ K h along ``sliding``.
+            friction: coefficient μ of the force −μ K h along ``sliding``, one or (m,).
             chord: places along the chord of the tip from the axis of the beam, m, one or (m,).
 
         Returns:
@@ -200,7 +200,13 @@ class Beam:
             raise ValueError(f"chord has shape {np.shape(place)}; give one place along the tip or several, (m,)")
         lib = namespace(self, place, seen, loading)
         angle = self.stagger + span.at_points(self.twist, self.elements)[-1, -1]
-        place = lib.atleast_1d(lib.asarray(place, dtype=lib.result_type(float)))
+        count = max(np.size(place), *(np.shape(part)[0] for part in (seen, loading) if part is not None))
+        if any(size not in (1, count) for size in (np.size(place), np.shape(seen)[0])):
+            raise ValueError(
+                f"chord has {np.size(place)} places, where normal, sliding and friction are of {count} contacts; give "
+                "one for all, or one for each"
+            )
+        place = lib.broadcast_to(lib.asarray(place, dtype=lib.result_type(float)), (count,))
         across, along, none = place * lib.sin(angle), place * lib.cos(angle), lib.zeros(np.shape(place))
         one = none + 1.0
         # What each motion of the tip's node moves the places by: radially, tangentially and axially.
@@ -215,8 +221,9 @@ class Beam:
         by_node = lib.stack([lib.stack(motion) for motion in moved])
         before = lib.zeros((self._dof - span.NODE, np.shape(place)[0]))
 
-        def columns(vector: Any) -> Float[AnyArray, "dof m"]:
-            return lib.concatenate([before, lib.einsum("idm,d->im", by_node, vector)])
+        def columns(vectors: Any) -> Float[AnyArray, "dof m"]:
+            along = lib.broadcast_to(vectors, (count, len(_RADIAL)))
+            return lib.concatenate([before, lib.einsum("idm,md->im", by_node, along)])
 
         return columns(seen), None if loading is None else columns(loading)
 

@@ -113,6 +113,15 @@ class Blading:
 
     @property
     @in_float64
+    def places(self) -> Float[AnyArray, " N"]:
+        """Where around the casing each blade is when the first is at 0, in shares of a revolution in the direction of
+        the motion, (N,): behind the ones before it.
+        """
+        lib = namespace(self.gaps)
+        return -lib.concatenate([lib.zeros(1), lib.cumsum(self.gaps[1:])])
+
+    @property
+    @in_float64
     def detuned(self) -> Float[AnyArray, "N _"]:
         """By what natural frequencies are multiplied, (N, n), or (N, 1) for all modes alike."""
         if self.mistuning is None:

@@ -40,14 +40,17 @@ def shapes_of(modes: Sequence[Any], name: str) -> list[Any] | None:
 
 @in_float64
 def in_contact(
-    modes: Any, normal: Float[AnyArray, " r"], loading: Float[AnyArray, " r"] | None
-) -> dict[str, Float[AnyArray, "n 1"] | None]:
-    """By name the shapes that modes have where one contact sees them along a normal and loads them along another
+    modes: Any, normal: Float[AnyArray, "#m r"], loading: Float[AnyArray, "#m r"] | None
+) -> dict[str, Float[AnyArray, "n m"] | None]:
+    """By name the shapes that modes have where contacts see them along a normal each and load them along another
     direction, if that is given.
     """
+    if loading is not None:
+        lib, count = namespace(normal, loading), max(np.shape(normal)[0], np.shape(loading)[0])
+        normal, loading = (lib.broadcast_to(part, (count, np.shape(part)[1])) for part in (normal, loading))
 
-    def along(side: Any, vector: Any) -> Any:
-        return None if side is None else namespace(side, vector).asarray(side) @ vector[:, None]
+    def along(side: Any, vectors: Any) -> Any:
+        return None if side is None else namespace(side, vectors).asarray(side) @ vectors.T
 
     acting = normal if loading is None else loading
     same = loading is None and modes.force_shape is None

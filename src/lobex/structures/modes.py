@@ -267,16 +267,17 @@ class Modes:
         parts = {"spin_stiffness": spin_stiffness, "gyroscopic": gyroscopic}
         return RotatingModes.from_matrices(mass, stiffness, contact, damping_ratio, keep, **parts, **given)
 
-    def in_contact(self, normal: Any, sliding: Any = None, friction: Number = 0.0) -> "Modes":
-        """The modes as one contact sees and loads them that is pressed in along a normal and rubs along its surface.
+    def in_contact(self, normal: Any, sliding: Any = None, friction: Any = 0.0) -> "Modes":
+        """The modes as a contact sees and loads them that is pressed in along a normal and rubs along its surface.
 
         Pressed in by h, it holds against the structure with −K h (n + μ t), so that it sees the receptance
         G = nᵀ R (n + μ t) of a structure with the receptance matrix R.
 
         Args:
-            normal: n, into what is rubbed, one number per contact direction, of any length.
+            normal: n, into what is rubbed, one number per contact direction, of any length; of m contacts, each of
+                which becomes a direction of its own, a row each, (m, r).
             sliding: t, in which the structure slides along that, as many; None without friction.
-            friction: coefficient μ of Coulomb's friction, 0 or more: sliding the other way turns t.
+            friction: coefficient μ of Coulomb's friction, 0 or more, one or (m,): sliding the other way turns t.
 
         Raises:
             ValueError: for vectors of no length or another shape, a sliding that is not at right angles to the normal,

@@ -154,8 +154,8 @@ class RotatingModes:
         least = float(np.linalg.eigvalsh(scaled)[0])
         return float("inf") if least >= 0 else 1 / (2 * np.pi * np.sqrt(-least))
 
-    def in_contact(self, normal: Any, sliding: Any = None, friction: Number = 0.0) -> "RotatingModes":
-        """The modes as one contact sees and loads them; arguments and errors as of ``Modes.in_contact``."""
+    def in_contact(self, normal: Any, sliding: Any = None, friction: Any = 0.0) -> "RotatingModes":
+        """The modes as a contact, or several, see and load them; arguments and errors as of ``Modes.in_contact``."""
         return replace(self, **in_contact(self, *contact_vectors(normal, sliding, friction, self.directions)))
 
     def check_speed(self, speed: Any) -> None:

@@ -98,7 +98,7 @@ def march_wear(
             contact direction is a contact, which may load others than it sees, with friction. As the speed changes from
             one revolution to the next, modes become those of another speed, and go on as they move.
         casing: its profile before wear, or one for each track, and with ``structure`` how it gives way.
-        law: the contact law, such as ``Linear(4.5e6)``, or one for each contact, of one kind.
+        law: the contact law, such as ``Linear(4.5e6)``, or one for each contact.
         speed: rotational frequencies, Hz: (n,), or (n, revolutions) for a speed that changes from one revolution to
             the next and is constant within each, or a function of the numbers 0, 1, … of all revolutions that gives
             these. Interaction depends on history: rising and falling speeds differ.
