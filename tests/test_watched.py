@@ -73,6 +73,26 @@ def test_a_march_records_what_is_watched():
     assert along == pytest.approx(with_it.displacement, rel=1e-6, abs=1e-7 * np.max(np.abs(along)))
     assert with_it.depth == pytest.approx(without.depth, rel=1e-9, abs=1e-16)
     assert np.all(with_it.watched_amplitude[:, 3:8].max(axis=2) > 0)
+    ax = with_it.plot_tip_orbit(90.0, directions=("axial", "radial"), revolutions=2)
+    (before, end), (last,) = ax.lines, ax.collections
+    axial, radial = 1e6 * with_it.watched[1, [2, 0]]
+    assert np.array(last.get_segments())[:, 1] == pytest.approx(np.stack([axial, radial], axis=1)[512:])
+    # Two revolutions are all there are: nothing is before the first.
+    assert np.asarray(before.get_xydata()) == pytest.approx(np.stack([axial, radial], axis=1)[:512])
+    assert np.asarray(end.get_xydata())[0] == pytest.approx([axial[-1], radial[-1]])
+    assert ax.get_xlabel() == "axial displacement of the tip (µm)"
+    (one,) = with_it.plot_tip_orbit(90.0).collections
+    # From where the revolution before it ended, along the motion and across.
+    assert np.array(one.get_segments())[[0, -1], 0, 1] == pytest.approx(axial[[511, -2]])
+    for arguments, words in (
+        ((["radial", "radial"],), "give two of radial, tangential, axial"),
+        ((("radial", "up"),), "directions = 'up'"),
+        ((("radial", "axial"), 3), "revolutions = 3 is more"),
+    ):
+        with refused(words):
+            with_it.plot_tip_orbit(90.0, None, *arguments)
+    with refused("march watched 0 outputs"):
+        without.plot_tip_orbit(90.0)
 
 
 @pytest.mark.parametrize(

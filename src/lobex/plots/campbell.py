@@ -23,6 +23,8 @@ _ORDER = "0.45"
 _CRITICAL = "#c8500a"
 # Multiples of the casing's bumps whose critical speeds are marked, and points of a curve over speed.
 _HARMONICS, _POINTS = 6, 61
+# Of the frequency axis, what the name of a critical speed takes.
+_LOW = 0.25
 # Keeps names readable over lines.
 _PATCH = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.5}
 
@@ -92,13 +94,15 @@ def campbell(
         zorder=5,
     )
     for place, height in zip(critical[0][inside[0]][:3], frequency[0][inside[0]], strict=False):
+        # Above what is too near to the axis for a name below it.
+        low = height < _LOW * top
         ax.annotate(
             f"{place:.4g} Hz",
             (place, height),
-            xytext=(0, -8),
+            xytext=(0, 8 if low else -8),
             textcoords="offset points",
             ha="center",
-            va="top",
+            va="bottom" if low else "top",
             rotation=90,
             fontsize="small",
             bbox=_PATCH,

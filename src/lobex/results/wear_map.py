@@ -157,3 +157,25 @@ class WearMap(OfWear, form="lobex wear map 3"):
         ``axes`` are two axes to draw into, for amplitude and for wear.
         """
         return by_name("plots.wear_pictures.plot_history")(self, axes)
+
+    def plot_tip_orbit(
+        self,
+        speed: float,
+        ax: "Axes | None" = None,
+        directions: tuple[str, str] = ("tangential", "axial"),
+        revolutions: int = 1,
+    ) -> "Axes":
+        """The path of the tip at the lane nearest to ``speed`` (Hz), as ``Beam.watch(tip=True)`` sees it first among
+        what is watched; returns the axes.
+
+        Args:
+            speed: Hz.
+            ax: axes to draw into.
+            directions: along the two axes, "radial", "tangential" or "axial".
+            revolutions: so many of the last ones.
+
+        Raises:
+            ValueError: where no tip was watched, and for other directions or more revolutions than there are.
+        """
+        draw = by_name("plots.tip_orbit_picture.plot_tip_orbit")
+        return draw(self, self.nearest(speed), ax, directions, revolutions)
