@@ -180,13 +180,15 @@ def _at_each(process: Process, speed: Float[AnyArray, " n"]) -> _Limits:
     forms = closed_forms([at_speed(process, speed[i]) for i in range(np.size(speed))])
     if isinstance(forms, str):
         raise _refused(process, forms)
+    lib = namespace(forms, speed)
+    if isinstance(forms[0], Families):
+        receptance = jax.tree.map(lambda *leaves: lib.stack(leaves), *(form.receptance for form in forms))
+        return _of_families(forms[0]._replace(receptance=receptance), speed)
     if isinstance(forms[0], Regeneration):
-        lib = namespace(forms, speed)
         sources = jax.tree.map(lambda *leaves: lib.stack(leaves), *forms)
         gain, omega, tie = limits_of_each(sources, np.arange(len(forms)), speed)
         return _of_one_contact(gain, omega, tie, labels_of(sources, gain, omega))
     each = [_limits_of(form, speed[i : i + 1]) for i, form in enumerate(forms)]
-    lib = namespace(each)
     return jax.tree.map(lambda *part: lib.concatenate(part), *each)
 
 
@@ -217,18 +219,33 @@ def _refused(process: Process, why: str) -> ValueError:
 
 
 def _of_families(found: Families, speed: Float[AnyArray, " n"]) -> _Limits:
-    """The least limit of all numbers of waves around the disc."""
-    lib, families = namespace(found, speed), found.blades
-    sources = Regeneration(found.receptance, lib.ones(families), lib.asarray(found.turn))
-    number = np.repeat(np.arange(families), np.size(speed))
+    """The least limit of all numbers of waves around the disc, of one structure or, with a leading axis in all fields
+    of its receptance, of one for each speed.
+    """
+    lib, families, count = namespace(found, speed), found.blades, np.size(speed)
+    seen = found.receptance
+    each = np.ndim(seen.angular_frequency) == 3
+    rows = count if each else 1
+    sources = Regeneration(
+        jax.tree.map(lambda part: part.reshape(rows * families, -1), seen),
+        lib.ones(rows * families),
+        lib.asarray(np.tile(found.turn, rows)),
+    )
+    number = np.arange(families)[:, None] + families * np.arange(count) * each
     gain, omega, tie = (
-        part.reshape(families, -1) for part in limits_of_each(sources, number, families * lib.tile(speed, families))
+        part.reshape(families, -1)
+        for part in limits_of_each(sources, number.ravel(), families * lib.tile(speed, families))
     )
     least = lib.argmin(lib.where(lib.isfinite(gain), gain, lib.inf), axis=0)[None]
     gain_of, omega_of, tie_of = (lib.take_along_axis(part, least, axis=0)[0] for part in (gain, omega, tie))
     same = lib.sum(gain <= gain_of * (1 + _TIE), axis=0) > 1
-    waves = np.asarray(least)[0] if found.even and not _checks.is_traced(least) else np.full(np.size(speed), -1)
-    labels = labels_of_families(found.receptance, waves, gain_of, omega_of)
+    waves = np.asarray(least)[0] if found.even and not _checks.is_traced(least) else np.full(count, -1)
+    if each and not _checks.is_traced(seen):
+        seen = jax.tree.map(lambda part: np.asarray(part)[np.arange(count), np.maximum(waves, 0)], seen)
+        labels = labels_of(Regeneration(seen, 1.0), gain_of, omega_of)
+        labels = labels._replace(nodal_diameter=np.where(labels.mode > 0, waves, -1))
+    else:
+        labels = labels_of_families(seen, waves, gain_of, omega_of)
     return _of_one_contact(gain_of, omega_of, tie_of | same, labels)
 
 

@@ -35,8 +35,9 @@ class ModalCurve:
         self.sections = Sections(self.anchor, damping_ratio + raised, weight, rate)
         self.turn = turn
         self.open_ended = True
-        # Of Re G, its slope and the bend of arg G: degrees in ω² of their numerators, which are at most 4n.
-        self.most_breaks = 4 * len(self.anchor)
+        # Of Re G, its slope and the bend of arg G: degrees in ω² of their numerators, which are at most 4n, and of
+        # complex weights, where these are not even, in ω.
+        self.most_breaks = (8 if lib.iscomplexobj(weight) else 4) * len(self.anchor)
 
     def grid(self) -> tuple[Int[AnyArray, " points"], Float[AnyArray, " points"]]:
         lib = namespace(self.sections)

@@ -5,7 +5,7 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Complex, Float
+from jaxtyping import Array, Complex, Float, Inexact
 
 from lobex._namespace import namespace
 from lobex._pytree import pytree
@@ -20,14 +20,15 @@ class Sections:
     Attributes:
         angular_frequency: ω, (n,), rad/s.
         damping_ratio: ξ, (n,).
-        weight: β, (n,), or (n, m, m), of what each contact sees of the force of each, 1/kg.
+        weight: β, (n,), or (n, m, m), of what each contact sees of the force of each, 1/kg. Complex, as α, of what a
+            wave of blades sees of waves that travel one way, which is no response to real forces alone.
         rate: α, as many, s/kg; None where no velocity is seen.
     """
 
     angular_frequency: Float[AnyArray, " n"]
     damping_ratio: Float[AnyArray, " n"]
-    weight: Float[AnyArray, " n *contacts"]
-    rate: Float[AnyArray, " n *contacts"] | None = None
+    weight: Inexact[AnyArray, " n *contacts"]
+    rate: Inexact[AnyArray, " n *contacts"] | None = None
 
 
 def sections_of(modes: Modes) -> Sections:
@@ -90,7 +91,7 @@ def modal_response(
     parts: list[Array] = [weight * term for term in terms]
     if sections.rate is not None:
         # (β + jαω)/D, whose numerator has the slope jα.
-        steep = from_parts(lib.zeros_like(damping), lib.asarray(sections.rate))
+        steep = 1j * lib.asarray(sections.rate)
         further = (0.0, terms[0], 2 * terms[1])
         parts = [part + steep * (omega * term + more) for part, term, more in zip(parts, terms, further, strict=True)]
     response, slope, bend = (lib.sum(part, axis=-1) for part in parts)

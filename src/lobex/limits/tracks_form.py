@@ -9,7 +9,8 @@ from jaxtyping import Float
 from lobex import _checks
 from lobex._namespace import namespace
 from lobex._shapes import AnyArray, Number
-from lobex.limits.sections import Sections, sections_of_blocks
+from lobex.limits.parts_of_stage import COUPLED, SHARED, Part, are_alike, blades_alone, owners, waves_of_blades
+from lobex.limits.sections import Sections
 from lobex.limits.track_product import Uncoupled
 from lobex.processes.process import Process
 from lobex.systems.delays import ConstantDelay, Share, WholePeriod
@@ -22,7 +23,6 @@ _ROUNDING = 1e-12
 # Of a revolution, by which delays may miss it.
 _TURN = 1e-9
 _UNDAMPED = 1e-9
-_COUPLED = "has blades that more than their tracks couple, and that are not all alike and evenly spaced"
 
 
 class Families(NamedTuple):
@@ -104,17 +104,19 @@ def tracks_of(process: Process, known: Process, speed: float) -> Uncoupled | Fam
     inputs, outputs = lib.asarray(traced.inputs) * weight, lib.asarray(traced.outputs) * weight[:, None]
     # Whether a force acts at once on what is seen.
     rates = bool(np.any(np.einsum("nsj,njs->nj", system.inputs, system.outputs)))
-    owner, count = _owners(system), len(order)
-    if owner is not None:
-        found = _alone(traced, inputs, outputs, owner, order, rates)
+    known_part, part = Part(system.blocks, system.inputs, system.outputs), Part(traced.blocks, inputs, outputs)
+    owner, count = owners(known_part), len(order)
+    alone = not np.any(owner == SHARED)
+    if alone:
+        found = blades_alone(part, owner, order, rates)
     else:
-        found = _around(system, traced, inputs, outputs, order, rates) if even else _COUPLED
+        found = waves_of_blades(known_part, part, order, rates) if even else COUPLED
     if isinstance(found, str):
         return found
     if refused := _damped(found):
         return refused
     # Of numbers that JAX traces none are alike.
-    if owner is not None and (process is not known or not _alike(found)):
+    if alone and (process is not known or not are_alike(found)):
         return Uncoupled(found)
     return Families(found, -np.arange(count) / count, even)
 
@@ -142,82 +144,6 @@ def _order(system: DelaySystem) -> list[int] | None:
     while (after := int(np.flatnonzero(leader == order[-1])[0]) if order[-1] in leader else 0) != 0:
         order.append(after)
     return order if len(order) == len(leader) else None
-
-
-def _owners(system: DelaySystem) -> np.ndarray | None:
-    """The output that each block belongs to, (n,); None where some serve several."""
-    touched = np.any(np.asarray(system.outputs) != 0, axis=2) | np.any(np.asarray(system.inputs) != 0, axis=1)
-    if np.any(np.sum(touched, axis=1) > 1):
-        return None
-    # One that no force touches is anybody's.
-    return np.where(np.any(touched, axis=1), np.argmax(touched, axis=1), -1)
-
-
-def _alone(
-    system: DelaySystem,
-    inputs: Float[AnyArray, "n s N"],
-    outputs: Float[AnyArray, "n N s"],
-    owner: np.ndarray,
-    order: list[int],
-    rates: bool,
-) -> Sections | str:
-    """Gⱼ of blades that are not coupled, in their order, with fields of the shape (N, modes)."""
-    if np.shape(system.blocks)[1] != 2:
-        return "has blades whose modes are not known apart"
-    index = [np.flatnonzero(owner == blade) for blade in order]
-    if len({len(own) for own in index}) != 1:
-        return "has blades of different numbers of modes"
-    rows, blade = np.stack(index), np.array(order)[:, None]
-    return sections_of_blocks(
-        namespace(system.blocks).asarray(system.blocks)[rows],
-        inputs[rows, :, blade],
-        outputs[rows, blade, :],
-        rates,
-    )
-
-
-def _around(
-    known: DelaySystem,
-    system: DelaySystem,
-    inputs: Float[AnyArray, "n s N"],
-    outputs: Float[AnyArray, "n N s"],
-    order: list[int],
-    rates: bool,
-) -> Sections | str:
-    """Gₖ of blades that are all alike and coupled to both sides alike, with fields of the shape (N, modes)."""
-    count, groups = len(order), np.shape(known.blocks)[0]
-    if np.shape(known.blocks)[1] != 2 * count:
-        return _COUPLED
-
-    def by_blade(system: Any, inputs: Any, outputs: Any) -> tuple[Any, Any, Any]:
-        lib = namespace(system.blocks, inputs)
-        blocks = lib.asarray(system.blocks).reshape(groups, count, 2, count, 2)[:, order][:, :, :, order]
-        acting = lib.asarray(inputs).reshape(groups, count, 2, count)[:, order][:, :, :, order]
-        seen = lib.asarray(outputs).reshape(groups, count, count, 2)[:, order][:, :, order]
-        return blocks, acting, seen
-
-    blocks, acting, seen = by_blade(known, np.asarray(known.inputs), np.asarray(known.outputs))
-    if not (_turns_into_itself(blocks, 1, 3) and _turns_into_itself(acting, 1, 3) and _turns_into_itself(seen, 1, 2)):
-        return _COUPLED
-    beside = blocks[:, 0].swapaxes(1, 2)
-    one_sided = not np.allclose(beside[:, 1:], beside[:, :0:-1], rtol=_ROUNDING, atol=0.0)
-    if one_sided or np.any(acting[:, 0, :, 1:]) or np.any(seen[:, 0, 1:]):
-        return _COUPLED
-    blocks, acting, seen = by_blade(system, inputs, outputs)
-    lib, wave = namespace(blocks), np.cos(2 * np.pi * np.outer(np.arange(count), np.arange(count)) / count)
-    of_wave = lib.einsum("kj,gajb->kgab", wave, blocks[:, 0])
-    return sections_of_blocks(of_wave, acting[:, 0, :, 0], seen[:, 0, 0], rates)
-
-
-def _turns_into_itself(part: Float[np.ndarray, "..."], first: int, second: int) -> bool:
-    """Whether it is the same from every blade, whose numbers are along two of its axes."""
-    turned = np.roll(np.roll(part, 1, axis=first), 1, axis=second)
-    return bool(np.allclose(turned, part, rtol=_ROUNDING, atol=0.0))
-
-
-def _alike(sections: Sections) -> bool:
-    fields = map(np.asarray, jax.tree.leaves(sections))
-    return all(np.allclose(part, part[:1], rtol=_ROUNDING, atol=0.0) for part in fields)
 
 
 def _damped(sections: Sections) -> str | None:

@@ -22,8 +22,11 @@ def has_followers(process: Any) -> bool:
 
 
 def at_speed(process: Process, speed: Number) -> Process:
-    """The process with the modes that its structure has at one speed, Hz."""
-    return _replaced(process, lambda node: node.at(speed))
+    """The process with the modes that its structure has at one speed, Hz: what it knows better itself, or else those of
+    all that it is made of.
+    """
+    own = getattr(process, "at_speed", None)
+    return own(speed) if own is not None else _replaced(process, lambda node: node.at(speed))
 
 
 def tabled(process: Process, speed: ArrayLike) -> Process:

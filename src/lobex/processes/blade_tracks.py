@@ -5,6 +5,7 @@ from dataclasses import replace
 from lobex._namespace import namespace
 from lobex._shapes import Number
 from lobex.structures.blading import Blading
+from lobex.structures.modes import Modes
 from lobex.systems.coefficients import Constant
 from lobex.systems.coupled_modes import with_springs
 from lobex.systems.delays import Share
@@ -12,13 +13,15 @@ from lobex.systems.system import DelaySystem, modal_system
 from lobex.systems.terms import Regenerative
 
 
-def blading_system(blading: Blading, speed: Number, stiffness: Number) -> DelaySystem:
-    """−K [yⱼ(t) − yⱼ₋₁(t − τⱼ)] on each blade j.
+def blading_system(blading: Blading, speed: Number, stiffness: Number, casing: Modes | None = None) -> DelaySystem:
+    """−K [yⱼ(t) − yⱼ₋₁(t − τⱼ)] on each blade j, with yⱼ how far it goes beyond a casing, if that is flexible.
 
     The period is that of a blade passing where they are evenly spaced, since nothing changes with time, and one
     revolution else.
     """
     modes = blading.modes(speed)
+    if casing is not None:
+        modes = Modes.relative(tool=modes, workpiece=casing)
     lib = namespace(modes, stiffness)
     unit = lib.eye(blading.count, dtype=lib.result_type(float))
     if blading.spacing is None:

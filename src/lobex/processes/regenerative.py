@@ -1,7 +1,9 @@
 """Processes with constant regenerative feedback: a blade rubbing its own track, and turning."""
 
-from dataclasses import InitVar
+from dataclasses import InitVar, replace
 from typing import Any, ClassVar
+
+import numpy as np
 
 from lobex import _checks
 from lobex._float64 import in_float64
@@ -17,6 +19,7 @@ from lobex.processes.speed_variation import SpeedVariation, check_variation
 from lobex.structures.blading import Blading
 from lobex.structures.modes import Modes, check_modes
 from lobex.structures.ring import Ring
+from lobex.structures.ring_waves import RingWaves
 from lobex.structures.rotating_modes import AnyModes
 from lobex.systems.coefficients import Constant
 from lobex.systems.system import DelaySystem, modal_system
@@ -34,8 +37,10 @@ class Rub:
     Attributes:
         modes: the blade's modes at the contact, those that follow the speed (``RotatingModes``, ``ModesOverSpeed``), a
             measured ``Receptance``, or a ``Blading``, whose blades rub in the tracks of each other.
-        casing: a flexible one: a ``Ring``, whose waves the blade runs past, or ``Modes`` at the contact, of what goes
-            round with it, such as those of a rig. It takes modes of a blade. None of a rigid one.
+        casing: a flexible one: a ``Ring``, whose waves the blades run past, or ``Modes`` at the contacts, of what goes
+            round with them, such as those of a rig. A track is worn into the casing, and moves with it: each contact
+            meets what the one before it left beyond the casing as that was. It takes modes, or a ``Blading``. None of a
+            rigid one.
         speed_unit: in which speeds are drawn, "Hz" or "rpm"; or "1" of a model without units, its time and lengths
             being scaled: speed and gain are plain numbers then, and none of them is said to be implausible.
     """
@@ -54,12 +59,10 @@ class Rub:
             return
         if not isinstance(self.casing, Modes | Ring):
             raise ValueError(f"casing = {_checks.brief(self.casing)}; give lobex.Ring or lobex.Modes")
-        if isinstance(self.modes, Blading):
-            raise ValueError("casing is that of one blade; a Blading takes a rigid one, None")
-        check_modes(self.modes, over_speed=True)
-        if self.modes.directions != 1 or self.casing.directions != 1:
+        check_modes(getattr(self.modes, "blade", self.modes), over_speed=True)
+        if isinstance(self.casing, Modes) and self.casing.directions != self.modes.directions:
             counts = f"modes has {self.modes.directions} contact directions and casing {self.casing.directions}"
-            raise ValueError(f"{counts}; give one each, along the normal of the contact")
+            raise ValueError(f"{counts}; give one each, along the normal of each contact")
 
     @property
     def passes(self) -> int:
@@ -70,12 +73,32 @@ class Rub:
     def system(self, speed: Number, gain: Number) -> DelaySystem:
         """The delay system at one speed (Hz) and one contact stiffness (N/m)."""
         check_point(self, speed, gain)
+        casing = self._casing_at(speed)
         if isinstance(self.modes, Blading):
-            return blading_system(self.modes, speed, gain)
+            return blading_system(self.modes, speed, gain, casing)
         modes = self.modes
-        if self.casing is not None:
-            modes = Modes.relative(tool=modes.at(speed), workpiece=self.casing.at(speed))
+        if casing is not None:
+            modes = Modes.relative(tool=modes.at(speed), workpiece=casing)
         return _regenerative_system(modes, speed, gain)
+
+    @in_float64
+    def at_speed(self, speed: Number) -> "Rub":
+        """The rub of the structure as it is at a speed, Hz."""
+        if isinstance(self.modes, Blading):
+            modes: Any = replace(self.modes, blade=self.modes.blade.at(speed))
+        else:
+            modes = self.modes.at(speed)
+        return replace(self, modes=modes, casing=self._casing_at(speed))
+
+    def _casing_at(self, speed: Number) -> Modes | None:
+        """The modes of a flexible casing as the contacts meet them."""
+        if not isinstance(self.casing, Ring):
+            return self.casing
+        if isinstance(self.modes, Blading):
+            return RingWaves(self.casing, 2 * np.pi * self.modes.places).at(speed)
+        several = self.modes.directions > 1
+        # Those of one tip are at one place.
+        return RingWaves(self.casing, np.zeros(self.modes.directions)).at(speed) if several else self.casing.at(speed)
 
 
 @pytree(static=("speed_unit",))

@@ -1,37 +1,37 @@
 """The travelling waves of a ring as several contacts meet them that run along it, each at an angle of its own."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from lobex._float64 import in_float64
 from lobex._namespace import namespace
+from lobex._pytree import pytree
 from lobex._shapes import AnyArray, Number
 from lobex.structures.modes import Modes, unchecked
-
-if TYPE_CHECKING:
-    from lobex.structures.ring import Ring
+from lobex.structures.ring import Ring
 
 
+@pytree()
 class RingWaves:
     """A ``Ring`` in as many directions as there are contacts: modes over speed, the waves of which go past them.
 
     A contact at the angle θ meets Re ζ e^{jnθ}, and a force F there drives D(∂ − jnΩ) ζ = F e^{−jnθ}/m in the frame of
     the contacts, with D(s) = s² + 2ξωs + ω². Each of its two poles is a complex mode.
 
-    Args:
+    Attributes:
         ring: the casing.
         angle: of the contacts, in the direction of the motion, (contacts,), rad.
     """
 
-    def __init__(self, ring: "Ring", angle: Float[np.ndarray, " contacts"]) -> None:
-        self.ring, self.angle = ring, np.asarray(angle)
+    ring: Ring
+    angle: Float[AnyArray, " contacts"]
 
     @property
     def directions(self) -> int:
         """One for each contact."""
-        return len(self.angle)
+        return np.shape(self.angle)[0]
 
     def check_speed(self, speed: Any) -> None:
         """Require finite speeds, Hz."""
@@ -40,7 +40,7 @@ class RingWaves:
     @in_float64
     def at(self, speed: Number) -> Modes:
         """The waves at a speed, Hz: the forward ones, then the backward ones."""
-        lib, (decay, rotation, size) = namespace(self.ring, speed), self.ring.waves(speed)
+        lib, (decay, rotation, size) = namespace(self.ring, self.angle, speed), self.ring.waves(speed)
         turned = lib.asarray(self.ring.nodal_diameter)[:, None] * self.angle
         angle = lib.concatenate([turned, -turned])
         return unchecked(**_of_waves(lib, decay, rotation, size[:, None], angle))

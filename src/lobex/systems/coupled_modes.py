@@ -11,14 +11,19 @@ from lobex.systems.system import DelaySystem
 
 
 def with_springs(system: DelaySystem, springs: Float[AnyArray, "g N N"]) -> DelaySystem:
-    """A modal system, of the modes of g groups of N one after the other, with springs within each group.
+    """A modal system, of the modes of g groups of N one after the other, with springs within each group; with further
+    modes, all of them in one block.
 
     Args:
-        system: of g·N modes, as ``modal_system`` makes it.
+        system: of g·N modes, as ``modal_system`` makes it, and more after them.
         springs: what they add to the squares of frequencies, (g, N, N), rad²/s².
     """
     lib = namespace(system.blocks, springs)
     groups, size = np.shape(springs)[:2]
+    more = np.shape(system.blocks)[0] - groups * size
+    if more:
+        springs = _in_one_group(springs, more)
+        groups, size = 1, groups * size + more
     blocks = lib.asarray(system.blocks).reshape(groups, size, 2, 2)
     omega = blocks[:, :, 0, 1]
     corner = np.zeros((2, 2))
@@ -39,3 +44,11 @@ def with_springs(system: DelaySystem, springs: Float[AnyArray, "g N N"]) -> Dela
         outputs=columns(system.outputs),
         remembered=None if system.remembered is None else columns(system.remembered),
     )
+
+
+def _in_one_group(springs: Float[AnyArray, "g N N"], more: int) -> Float[AnyArray, "1 all all"]:
+    """The springs of all groups in one, with further modes that have none."""
+    lib = namespace(springs)
+    groups, size = np.shape(springs)[:2]
+    whole = lib.einsum("gh,gjk->gjhk", np.eye(groups), springs).reshape(groups * size, groups * size)
+    return lib.pad(whole, ((0, more), (0, more)))[None]
