@@ -46,6 +46,52 @@ def test_a_severity_map_shows_the_last_motion_and_where_lobes_foretell_chatter()
     plt.close("all")
 
 
+def test_the_shell_draws_the_map_that_python_draws(shell, tmp_path):
+    flags = ("--elements", "1", "--stiffness", "1e6", "--clearance", "1e-5", "--revolutions", "3", "--steps", "64")
+    grid = ("--speed", "100:220:4", "--penetration", "1e-5:9e-5:3", "--lobes", "121")
+    assert shell("severity", "rub", *grid, *flags, "--out", "map").code == 0, shell.err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["map-limit.nc", "map.nc", "map.png"]
+    modes = lobex.Rod(1).modes(0.03)
+    study = lobex.march_wear(
+        modes,
+        lobex.Casing(clearance=1e-5),
+        lobex.Linear(1e6),
+        SPEED,
+        3,
+        64,
+        over={"casing.amplitude": HEIGHTS},
+    )
+    found, limit = lobex.load("map.nc"), lobex.load("map-limit.nc")
+    np.testing.assert_allclose(found["amplitude"].values, study["amplitude"].values, rtol=1e-12)
+    exact = lobex.exact_limit(lobex.Rub(modes), np.linspace(100, 220, 121)).gain
+    np.testing.assert_allclose(limit.gain, exact, rtol=1e-12)
+    assert f"chatter at {np.sum(exact < 1e6)} of 121 speeds with K = 1e+06 N/m" in shell.out
+    assert min(plt.imread("map.png").shape[:2]) > 500
+
+
+def test_a_law_without_a_stiffness_foretells_nothing(shell, tmp_path):
+    law = ("--law", "power", "--coefficient", "1e8", "--exponent", "1.5", "--revolutions", "3", "--steps", "64")
+    grid = ("--speed", "100:220:4", "--penetration", "1e-5:9e-5:3", "--elements", "1", "--out", "map")
+    assert shell("severity", *grid, *law).code == 0, shell.err
+    assert "no stiffness that a limit is held against" in shell.out
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["map.nc", "map.png"]
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        ("--speed 100", "speed = '100' is one value"),
+        ("--penetration 0:1e-4:3", "penetration = [0, "),
+        ("--of noise", "of = 'noise'"),
+        ("--lobes -1", "lobes = -1"),
+        ("--law plastic", "yield_force is missing"),
+        ("--blade none.toml", "cannot be read"),
+    ],
+)
+def test_the_shell_refuses_a_map_of_bad_flags_in_one_line(shell, words, told):
+    assert told in shell.refuses("severity", "rub", *words.split())
+
+
 def test_a_blading_is_drawn_blade_by_blade():
     march = small_results.blading_wear()
     ax = march.plot()

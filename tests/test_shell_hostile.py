@@ -37,6 +37,7 @@ COMMANDS = [
     *(("limit", name) for name in ("rub", "milling", "turning")),
     *(("march", name) for name in ("rub", "milling", "turning", "mathieu")),
     ("wear",),
+    ("severity",),
     ("orbit", "milling"),
     ("recommend", "milling"),
 ]

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from lobex.operators.semi_discretization import SemiDiscretization
     from lobex.plots.campbell import campbell
     from lobex.plots.severity import severity
-    from lobex.processes.blade_file import read_blade
+    from lobex.processes.blade_file import read_blade, read_wear
     from lobex.processes.canonical import DelayedMathieu, Scalar
     from lobex.processes.cutter import Cutter
     from lobex.processes.cutting_force import CuttingForce
@@ -163,6 +163,7 @@ _HOME = {
     "read_matrix_market": "structures.matrix_market",
     "read_modes": "measured.modes_file",
     "read_tool": "processes.tool_file",
+    "read_wear": "processes.blade_file",
     "orbits": "motions.over_grid",
     "recommend": "advice.best_cuts",
     "sensitivities": "limits.sensitivity",
@@ -255,6 +256,7 @@ __all__ = [
     "read_matrix_market",
     "read_modes",
     "read_tool",
+    "read_wear",
     "recommend",
     "sensitivities",
     "severity",

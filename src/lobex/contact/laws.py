@@ -295,6 +295,18 @@ class Plastic:
         return _positive(excess) / (self.stiffness + self.hardening)
 
 
+KINDS: dict[str, Any] = {
+    "linear": Linear,
+    "cubic": Cubic,
+    "threshold": Threshold,
+    "power": Power,
+    "bilinear": Bilinear,
+    "kelvin-voigt": KelvinVoigt,
+    "plastic": Plastic,
+}
+"""The laws by the names that files and the shell give them."""
+
+
 def check_law(law: Any, by_rate: bool = True) -> None:
     """Require a contact law, and unless ``by_rate`` one that asks for no rate."""
     methods = ("force", "energy", "removed")

@@ -17,6 +17,7 @@ def read_tables(
     needed: Sequence[str],
     reader: str,
     listed: Sequence[str] = (),
+    either: Sequence[str] = (),
 ) -> dict[str, Any]:
     """What each table of a file makes, by its name.
 
@@ -26,6 +27,7 @@ def read_tables(
         needed: tables that there must be.
         reader: the name of the function that tells of them.
         listed: of which there are several, in a list.
+        either: of which there is one, or a list of several.
 
     Raises:
         ValueError: for a file that cannot be read or is no TOML, tables that are missing or unknown, and what the
@@ -45,8 +47,11 @@ def read_tables(
     found = {}
     for name, table in content.items():
         with naming(path, name):
-            if not isinstance(table, list if name in listed else dict):
-                raise ValueError(f"it is no table; write {f'[[{name}]]' if name in listed else f'[{name}]'}")
+            several = name in listed or (name in either and isinstance(table, list))
+            if not isinstance(table, list if several else dict):
+                raise ValueError(f"it is no table; write {f'[[{name}]]' if several else f'[{name}]'}")
+            if name in either and several and not all(isinstance(one, dict) for one in table):
+                raise ValueError(f"it is no list of tables; write [[{name}]] above each")
             found[name] = makers[name](table)
     return found
 

@@ -82,7 +82,8 @@ class Rod:
     """Cross-section S, m²."""
 
 
-def _file(name: str) -> Any:
+def file_of(name: str) -> Any:
+    """How the flag of a file is shown."""
     return tyro.conf.arg(name=name, metavar="FILE", help_behavior_hint="(default: flags)")
 
 
@@ -99,8 +100,9 @@ class Rub(Rod):
     """Rotational frequencies, Hz."""
     gain: Range = "4.5e4:4.5e6:401"
     """Contact stiffnesses K_e, N/m."""
-    blade_file: Annotated[str | None, _file("blade")] = None
-    """TOML file of a blade that bends, twists and turns, in place of the rod's flags (docs/howto/blades.md)."""
+    blade_file: Annotated[str | None, file_of("blade")] = None
+    """TOML file of a blade that bends, twists and turns, or of a whole stage, in place of the rod's flags
+    (docs/howto/blades.md)."""
     measured: Measured = _MEASURED
     discretization: Discretization = Discretization()
     output: Output = Output()
@@ -154,7 +156,7 @@ class Edges:
     """Helix angle, degrees: one of all teeth, or one of each."""
 
 
-_ToolFile = Annotated[str | None, _file("tool")]
+_ToolFile = Annotated[str | None, file_of("tool")]
 
 
 @dataclass(frozen=True)

@@ -52,6 +52,8 @@ def _chosen() -> Callable[[], None]:
     from lobex.shell.parser import parse
     from lobex.shell.reproduce_arguments import Reproduce
     from lobex.shell.reproduce_command import run_reproduce
+    from lobex.shell.severity_arguments import Severity
+    from lobex.shell.severity_command import run_severity
     from lobex.shell.store_arguments import Store
     from lobex.shell.store_command import run_store
     from lobex.shell.wear_arguments import Wear
@@ -64,6 +66,7 @@ def _chosen() -> Callable[[], None]:
         Orbit: run_orbit,
         Recommend: run_recommend,
         Wear: run_wear,
+        Severity: run_severity,
         Explore: run_explore,
         Reproduce: run_reproduce,
         Store: run_store,

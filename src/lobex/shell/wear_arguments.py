@@ -1,11 +1,11 @@
 """The flags of ``lobex wear``: the blade, its casing, the contact law, and how long and how finely to march."""
 
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, Literal
 
 import tyro
 
-from lobex.shell.arguments import Output, Rod, Storage
+from lobex.shell.arguments import Output, Rod, Storage, file_of
 from lobex.shell.values import Range
 
 LAWS: dict[str, tuple[str, ...]] = {
@@ -93,10 +93,15 @@ class BladeFlags(Rod):
     """Truss elements of the rod, which is also its number of modes."""
 
 
+Process = Annotated[Literal["rub"], tyro.conf.Positional]
+
+
 @dataclass(frozen=True)
 class WearFlags:
     """How long and how finely to march, and what is written."""
 
+    process: Process = "rub"
+    """What is marched, of which there is one kind: a rub."""
     speed: Range = "30:1500:1471"
     """Rotational frequencies, Hz."""
     revolutions: int = 20
@@ -105,6 +110,11 @@ class WearFlags:
     """Time steps per revolution, and casing cells."""
     ramp: float = 0.0
     """Change of every speed from one revolution to the next, Hz."""
+    incursion: float = 0.0
+    """By how much blades and casing come closer in every revolution, m."""
+    blade_file: Annotated[str | None, file_of("blade")] = None
+    """TOML file of a blade or a whole stage, its casing and law, in place of their flags
+    (docs/howto/wear_of_real_blades.md)."""
     blade: BladeFlags = BladeFlags()
     casing: CasingFlags = CasingFlags()
     contact: ContactFlags = ContactFlags()
@@ -118,6 +128,8 @@ class WearFlags:
 class Wear:
     """March a rubbing blade and wear its casing at many speeds: PATH.nc, the map PATH.png, PATH-casing.png of
     the speed of most wear, and PATH-spectrum.png, or PATH-history.png where the speeds change.
+
+    Of several contacts the casing and the spectrum are those of the one that moves most.
 
     Example: lobex wear --speed 30:1500:1471 --revolutions 20 --out wear
     """

@@ -1,17 +1,19 @@
 """``lobex wear``: wear map, spectrum and worn casing as a file, pictures and a summary."""
 
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lobex import _checks
-from lobex.shell.from_flags import output_files, rod_modes_of
+from lobex.shell.from_flags import output_files
+from lobex.shell.from_wear_flags import law_numbers, march_of
 from lobex.shell.pictures import drawn
 from lobex.shell.shares import shared
 from lobex.shell.values import parse_grid
-from lobex.shell.wear_arguments import DEFAULTS, LAWS, ContactFlags, Wear, WearFlags
+from lobex.shell.wear_arguments import Wear, WearFlags
 
 if TYPE_CHECKING:
+    from lobex.results.blading_wear import BladingWear
     from lobex.results.wear_map import WearMap
 
 
@@ -19,7 +21,7 @@ def run_wear(command: Wear) -> None:
     """Check everything, march, then write the file and its pictures."""
     flags = command.march
     speed = _speeds(flags)
-    numbers = law_numbers(flags.contact)
+    law_numbers(flags.contact)
     endings = [".png", "-casing.png"]
     if len(speed) > 1:
         endings.append("-spectrum.png" if flags.ramp == 0 else "-history.png")
@@ -30,34 +32,19 @@ def run_wear(command: Wear) -> None:
         from lobex.shell.environment import prepare_jax
 
         prepare_jax()
-        from lobex.contact import laws
-        from lobex.contact.casing import Casing
         from lobex.studies.wear_marches import march_wear
 
-        shape = flags.casing
-        casing = Casing(
-            shape.nodal_diameters,
-            shape.amplitude,
-            shape.clearance,
-            shape.bump,
-            shape.bump_width,
-            shape.radius,
-            shape.axial_width,
-        )
-        march = march_wear(
-            rod_modes_of(flags.blade),
-            casing,
-            getattr(laws, flags.contact.law.title().replace("-", ""))(**numbers),
-            speed,
-            flags.revolutions,
-            flags.steps,
+        result = march_wear(
+            **march_of(flags),
+            speed=speed,
+            revolutions=flags.revolutions,
+            steps_per_revolution=flags.steps,
+            incursion=flags.incursion,
             **share.arguments,
             progress=not flags.output.quiet,
         )
     if not share.writes:
         return
-    # Of one contact.
-    result = cast("WearMap", march)
     pictures = _pictures(result, endings)
     result.save(stored)
     for ending, path in zip(endings, files, strict=True):
@@ -66,21 +53,6 @@ def run_wear(command: Wear) -> None:
     if not flags.output.quiet:
         written = [stored, *(path for ending, path in zip(endings, files, strict=True) if ending in pictures)]
         print(f"{result!r}\n  written          {', '.join(map(str, written))}")
-
-
-def law_numbers(flags: ContactFlags) -> dict[str, float]:
-    """The numbers of the chosen law; ValueError for those of another law, and for missing ones."""
-    _checks.choice("law", flags.law, tuple(LAWS))
-    own = LAWS[flags.law]
-    given: dict[str, Any] = {name: value for name, value in vars(flags).items() if name != "law" and value is not None}
-    for name, value in given.items():
-        if name not in own:
-            raise ValueError(f"{name} = {value} has no meaning with --law {flags.law}; drop it")
-    numbers = {name: given.get(name, DEFAULTS.get(name)) for name in own}
-    for name, value in numbers.items():
-        if value is None:
-            raise ValueError(f"{name} is missing; --law {flags.law} needs --{name.replace('_', '-')}")
-    return {name: float(value) for name, value in numbers.items() if value is not None}
 
 
 def _speeds(flags: WearFlags) -> np.ndarray:
@@ -100,17 +72,25 @@ def _speeds(flags: WearFlags) -> np.ndarray:
     return speed[:, None] + flags.ramp * np.arange(revolutions)
 
 
-def _pictures(result: "WearMap", endings: list[str]) -> dict[str, bytes]:
+def _pictures(result: "WearMap | BladingWear", endings: list[str]) -> dict[str, bytes]:
     """The pictures by the endings of their files; a march whose every lane failed has none."""
     if result.failed == len(result.speed):
         return {}
-    worst = float(result.speed[np.nanargmax(result.volume)])
+    lane = int(np.nanargmax(result.volume))
+    one = _loudest(result, lane)
     # One speed makes no map, and the spectrum needs two revolutions.
     plots = {
-        ".png": result.plot_history if len(result.speed) == 1 else result.plot,
-        "-casing.png": lambda: result.plot_casing(worst),
-        "-history.png": result.plot_history,
+        ".png": one.plot_history if len(result.speed) == 1 else result.plot,
+        "-casing.png": lambda: one.plot_casing(float(result.speed[lane])),
+        "-history.png": one.plot_history,
     }
     if result.revolutions > 1:
-        plots["-spectrum.png"] = lambda: result.spectrum().plot()
+        plots["-spectrum.png"] = lambda: one.spectrum().plot()
     return {ending: drawn(plots[ending]) for ending in endings if ending in plots}
+
+
+def _loudest(result: "WearMap | BladingWear", lane: int) -> "WearMap":
+    """The contact that moves most in a lane, of several."""
+    from lobex.results.wear_map import WearMap
+
+    return result if isinstance(result, WearMap) else result.of(int(np.argmax(result.peak[lane])))
