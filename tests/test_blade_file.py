@@ -25,9 +25,9 @@ def process_for(line):
     return process_of(parse({"lobes": Lobes, "limit": Limit}, line.split()).process)
 
 
-def test_the_example_is_the_blade_made_by_hand():
-    beam = lobex.Beam.rectangular(
-        elements=8,
+def fan_blade(elements):
+    return lobex.Beam.rectangular(
+        elements=elements,
         length=0.18,
         width=np.array([0.06, 0.07]),
         thickness=np.array([0.007, 0.003]),
@@ -37,6 +37,10 @@ def test_the_example_is_the_blade_made_by_hand():
         stagger_degrees=20.0,
         twist_degrees=np.array([0.0, 35.0]),
     )
+
+
+def test_the_example_is_the_blade_made_by_hand():
+    beam = fan_blade(8)
     contact = {"normal": (0.97, 0.0, 0.24), "sliding": (0.0, 1.0, 0.0), "friction": 0.15, "chord": 0.03}
     by_hand = beam.rotating(0.005, [1, 2, 3, 4, 5, 6], **contact)
     same(lobex.read_blade(EXAMPLE)["modes"], by_hand)
@@ -45,17 +49,7 @@ def test_the_example_is_the_blade_made_by_hand():
 
 
 def stage_by_hand():
-    beam = lobex.Beam.rectangular(
-        elements=4,
-        length=0.18,
-        width=np.array([0.06, 0.07]),
-        thickness=np.array([0.007, 0.003]),
-        young_modulus=110e9,
-        density=4430.0,
-        hub_radius=0.12,
-        stagger_degrees=20.0,
-        twist_degrees=np.array([0.0, 35.0]),
-    )
+    beam = fan_blade(4)
     contact = {"normal": (0.97, 0.0, 0.24), "sliding": (0.0, 1.0, 0.0), "friction": 0.15, "chord": 0.03}
     mistuning = np.array([0.013, -0.021, 0.004, 0.017, -0.009, -0.004])
     blading = lobex.Blading(beam.rotating(0.005, [1, 2], **contact), 6, mistuning)

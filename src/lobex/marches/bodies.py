@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from typing import Any
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
@@ -47,6 +49,17 @@ class Body:
     def loading(self) -> Float[AnyArray, "modes contacts *#columns"]:
         """ψ of the contacts."""
         return self.shape if self.force_shape is None else self.force_shape
+
+
+def in_lanes(body: Body, blades: int, lanes: int) -> Body:
+    """Blades that nothing couples as so many lanes each, the lanes of the first, of the second, and so on."""
+
+    def one(part: Float[AnyArray, "*some #blades #lanes"]) -> Float[AnyArray, "*some 1 #columns"]:
+        if part.shape[-2:] == (1, 1):
+            return part
+        return jnp.broadcast_to(part, (*part.shape[:-2], blades, lanes)).reshape(*part.shape[:-2], 1, -1)
+
+    return jax.tree.map(one, body)
 
 
 class Structure:

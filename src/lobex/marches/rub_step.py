@@ -15,7 +15,7 @@ Modal = Float[AnyArray, "modes blades lanes"]
 Touching = Float[AnyArray, "contacts blades lanes"]
 Bladed = Float[AnyArray, "blades lanes"]
 # Profile, depth and closing of the cells of a step.
-Row = tuple[Float[AnyArray, "contacts blades"], Float[AnyArray, " all"], Float[AnyArray, ""] | None]
+Row = tuple[Float[AnyArray, "contacts *#columns"], Float[AnyArray, " all"], Float[AnyArray, ""] | None]
 
 
 class Still(NamedTuple):
@@ -153,7 +153,7 @@ class RubStep:
         """A step later: what moves, and the depth of the cells and what was seen before it."""
         profile, depth, closed = row
         depth = depth.reshape(self.touching)
-        surface = profile[..., None] + depth
+        surface = profile + depth
         penetration = self._reach(state) - surface
         force = self._force(penetration, depth, self._rate(state))
         # XLA would work them out again for each of the sums.
