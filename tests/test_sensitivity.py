@@ -9,6 +9,7 @@ import pytest
 
 import lobex
 from cases import LIMIT_TOOLS, MILL, ROD, milling
+from lobex.limits.receptance import receptance
 from refusals import refused
 
 SPEEDS = np.array([85.0, 112.0, 150.0, 200.0])
@@ -105,6 +106,57 @@ def test_derivatives_by_the_real_part_of_the_receptance_at_the_minimum():
     logarithmic = expected * table.value[0, :-1] / float(least.gain)
     for row in table.logarithmic[:, :-1]:
         assert row == pytest.approx(logarithmic, rel=1e-6, abs=1e-8)
+
+
+FREQUENCY = np.linspace(280.0, 1600.0, 264)
+
+
+@pytest.fixture(scope="module")
+def measured():
+    samples = receptance(ROD.modes, 2 * np.pi * FREQUENCY)
+    return lobex.sensitivities(lobex.Rub(lobex.Receptance(FREQUENCY, samples)), SPEEDS)
+
+
+def of_samples(table):
+    """Derivatives by the samples, (n, 2 · 264), real and imaginary parts side by side."""
+    there = [i for i, name in enumerate(table.names) if name.startswith("modes.response[")]
+    return table.derivative[:, there]
+
+
+def test_samples_of_a_measurement_have_the_sensitivities_of_its_modes(measured, rod):
+    # dK/dp = Σ Re(dK/dG* dG/dp) over the samples.
+    step = 1e-6
+    for name in ("modes.damping_ratio[0]", "modes.angular_frequency[0]", "modes.shape[0,0]"):
+        stem = name.removeprefix("modes.").partition("[")[0]
+        ends = []
+        for share in (step, -step):
+            numbers = np.array(getattr(ROD.modes, stem), dtype=float)
+            numbers[0] *= 1 + share
+            ends.append(receptance(replace(ROD.modes, **{stem: numbers}), 2 * np.pi * FREQUENCY))
+        change = (ends[0] - ends[1]) / (2 * step)
+        found = of_samples(measured) @ np.column_stack([change.real, change.imag]).ravel() / measured.limit.gain
+        assert found == pytest.approx(rod[name], rel=1e-4, abs=1e-5)
+
+
+def test_scaling_laws_of_a_measurement(measured):
+    table = measured.logarithmic
+    by = {stem: [i for i, name in enumerate(measured.names) if stem in name] for stem in ("response", "frequency")}
+    # K(αG) = K(G)/α; and of all frequencies and the speed by one factor nothing changes.
+    assert table[:, by["response"]].sum(axis=1) == pytest.approx(-1, rel=1e-10)
+    assert table[:, by["frequency"]].sum(axis=1) == pytest.approx(-measured["speed"], rel=1e-8)
+    assert measured.names[264:266] == ("modes.response[0].real", "modes.response[0].imag")
+
+
+def test_a_band_of_samples_is_the_scatter_of_limits(measured):
+    random, share, limits = np.random.default_rng(5), 1e-4, []
+    clean = receptance(ROD.modes, 2 * np.pi * FREQUENCY)
+    for _ in range(40):
+        noise = share * np.abs(clean) * (random.standard_normal((2, len(clean))) * [[1], [1j]]).sum(axis=0)
+        limits.append(lobex.exact_limit(lobex.Rub(lobex.Receptance(FREQUENCY, clean + noise)), SPEEDS).gain)
+    band = measured.limit.band({"modes.response": share})
+    # Of 40 samples a standard deviation is known to 11 %.
+    assert band.relative == pytest.approx(np.std(np.log(limits), axis=0, ddof=1), rel=0.35)
+    assert band.relative == pytest.approx(measured.band({"modes.response": share}).relative, rel=1e-12)
 
 
 def test_milling_against_separate_searches():
@@ -214,8 +266,10 @@ def test_pictures(rod):
         (lambda: lobex.sensitivities(ROD, 85.0, (2e6, 1e5)), "must be increasing"),
         (lambda: lobex.sensitivities(ROD, -85.0), "speed = -85"),
         (
-            lambda: lobex.sensitivities(lobex.Rub(lobex.Receptance(np.arange(1.0, 9), np.arange(1.0, 9) - 9j)), 85.0),
-            "measured Receptance",
+            lambda: lobex.sensitivities(
+                lobex.Rub(lobex.Receptance(np.arange(1.0, 9), np.arange(1.0, 9) - 9j)), 3.0, (1e3, 1e5)
+            ),
+            "a measured receptance serves exact_limit",
         ),
     ],
 )

@@ -56,6 +56,7 @@ if TYPE_CHECKING:
     from lobex.results.comparison import Comparison
     from lobex.results.cut import Cut
     from lobex.results.cutting_orbit import CuttingOrbit
+    from lobex.results.growth_rate import GrowthRate
     from lobex.results.limit import Limit
     from lobex.results.march import March
     from lobex.results.next_speeds import NextSpeeds
@@ -106,6 +107,7 @@ _HOME = {
     "DelayedMathieu": "processes.canonical",
     "Duhamel": "operators.duhamel",
     "Frf": "measured.frf",
+    "GrowthRate": "results.growth_rate",
     "KelvinVoigt": "contact.laws",
     "Limit": "results.limit",
     "Linear": "contact.laws",
@@ -197,6 +199,7 @@ __all__ = [
     "DelayedMathieu",
     "Duhamel",
     "Frf",
+    "GrowthRate",
     "KelvinVoigt",
     "Limit",
     "Linear",

@@ -118,7 +118,7 @@ def closed_forms(processes: Sequence[Process]) -> list[Any] | str:
             return tracks_of(process, known if traced else process, _SPEED)
         return _made(modal if measured else process, found, measured)
 
-    if traced:
+    if traced or _checks.is_traced(measured):
         forms = [made(process) for process in processes]
     else:
         with at_once():

@@ -28,7 +28,7 @@ from lobex.characteristic.lanes import few
 from lobex.limits.above import above
 from lobex.limits.closed_form import Contacts, Regeneration, closed_form
 from lobex.limits.eigenvalue_branches import along
-from lobex.limits.lobe_search import LobePoint, lowest_lobe_point
+from lobex.limits.lobe_search import lowest_lobe_point
 from lobex.limits.modal_curve import ModalCurve
 from lobex.limits.phase import half_turns, phase
 from lobex.limits.receptance import Receptance, SampledCurve, receptance
@@ -309,18 +309,28 @@ def limit_at(
     if lowest is not None:
         mine, stable = above(still, parts, still_speed, lowest * jax.lax.stop_gradient(source.stiffness))
     found = lowest_lobe_point(still, mine, still_speed)
-    offset = _follow(curve, speed, found)
+    offset = _follow(curve, speed, found.row, found.offset)
     exists = stable & (found.gain < jnp.inf)
     gain = jnp.where(exists, _gain(curve, found.row, offset) / source.stiffness, jnp.nan)
     omega = jnp.where(exists, curve.anchor[found.row] + offset, jnp.nan)
     return gain, omega, found.lobe.astype(int), found.tie
 
 
-def _follow(curve: ReceptanceCurve, speed: Float[Array, ""], found: LobePoint) -> Float[AnyArray, ""]:
+def limit_followed(source: Regeneration, speed: Float[Array, ""], omega: Float[Array, ""]) -> Float[AnyArray, ""]:
+    """The gain of a limit that was found at ω, as a function of the samples of a measurement and the speed; traced."""
+    curve = _curve(source)
+    anchor = jax.lax.stop_gradient(curve.anchor)
+    row = jnp.clip(jnp.searchsorted(anchor, omega, side="right") - 1, 0, len(anchor) - 1)
+    return _gain(curve, row, _follow(curve, speed, row, omega - anchor[row])) / source.stiffness
+
+
+def _follow(
+    curve: ReceptanceCurve, speed: Float[Array, ""], row: Int[AnyArray, ""], offset: Any
+) -> Float[AnyArray, ""]:
     """The root's offset as a function of speed and curve: two Newton steps, exact to the second derivative."""
-    offset, level = found.offset, jax.lax.stop_gradient(phase(curve, speed, found.row, found.offset)[0])
+    level = jax.lax.stop_gradient(phase(curve, speed, row, offset)[0])
     for _ in range(2):
-        value, slope, _ = phase(curve, speed, found.row, offset)
+        value, slope, _ = phase(curve, speed, row, offset)
         offset = offset - (value - level) / jnp.where(slope == 0, 1.0, slope)
     return offset
 

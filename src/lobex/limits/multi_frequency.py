@@ -109,8 +109,7 @@ def _limit(process: Any, speed: Any, reach: tuple[Any] | None, method: str) -> L
     settings: dict[str, Any] = {}
     with timed() as spent:
         if reach is None:
-            mean = _harmonics(process, 0)[0]
-            found = _of_mean(curve, mean, speeds * process.teeth)
+            found = _of_mean(curve, mean_force(process), speeds * process.teeth)
         else:
             top = _reach(curve, reach[0])
             settings["reach"] = top / (2 * np.pi)
@@ -154,7 +153,10 @@ def _check(process: Any) -> None:
     }
     for name, there in others.items():
         if there:
-            raise ValueError(f"process = Milling has {name}, which this solution does not take; give critical_gain")
+            remedy = "give critical_gain"
+            if hasattr(process.modes, "response"):
+                remedy += ", with modes fitted by Frf.modes in the place of the measurement"
+            raise ValueError(f"process = Milling has {name}, which this solution does not take; {remedy}")
 
 
 def _reach(curve: MatrixCurve, reach: Any) -> float:
@@ -168,6 +170,11 @@ def _reach(curve: MatrixCurve, reach: Any) -> float:
     if top <= least:
         raise ValueError(f"reach = {float(reach):.6g} Hz is not above {least / (2 * np.pi):.6g} Hz; give a higher one")
     return min(top, curve.high)
+
+
+def mean_force(process: Milling) -> Complex[np.ndarray, "r r"]:
+    """H₀ of the force per depth of cut, N/m²."""
+    return _harmonics(process, 0)[0]
 
 
 @in_float64

@@ -88,29 +88,45 @@ class MatrixCurve:
     def __call__(self, omega: Float[np.ndarray, " *k"]) -> Complex[np.ndarray, "*k r r"]:
         """G at frequencies of either sign, zero above the band, and below it the mean real part of its first lines."""
         size = np.abs(omega)
-        if isinstance(self.source, Modes):
-            found = modal_response(
-                self._sections, np.asarray(self._sections.angular_frequency) - size[..., None], size
-            )[0]
-        else:
-            row = np.clip(np.searchsorted(self.knot, size, side="right") - 1, 0, len(self.knot) - 2)
-            offset = size - self.knot[row]
-            found = np.stack([np.stack([part(row, offset) for part in line], axis=-1) for line in self._parts], axis=-2)
+        found = self.with_slopes(size)[0]
+        if not isinstance(self.source, Modes):
             found = np.where((size < self.low)[..., None, None], self._static, found)
             found = np.where((size > self.high)[..., None, None], 0.0, found)
         return np.where((omega < 0)[..., None, None], np.conj(found), found)
 
+    def with_slopes(
+        self, omega: Float[np.ndarray, " *k"]
+    ) -> tuple[Complex[np.ndarray, "*k r r"], Complex[np.ndarray, "*k r r"], Complex[np.ndarray, "*k r r"]]:
+        """G and its first and second derivative by ω, at frequencies above zero within the band."""
+        if isinstance(self.source, Modes):
+            found: Any = modal_response(
+                self._sections, np.asarray(self._sections.angular_frequency) - omega[..., None], omega
+            )
+            return found
+        row = np.clip(np.searchsorted(self.knot, omega, side="right") - 1, 0, len(self.knot) - 2)
+        offset = omega - self.knot[row]
+        each = [[part(row, offset) for part in line] for line in self._parts]
+        first, second, third = (
+            np.stack([np.stack([part[i] for part in line], axis=-1) for line in each], axis=-2) for i in range(3)
+        )
+        return first, second, third
+
     def _interpolated(self, values: Complex[np.ndarray, " n"], inverse: bool) -> Any:
-        """A function of row and offset."""
+        """A function of row and offset, with its derivatives."""
         if inverse:
-            curve = SampledCurve(Receptance(np.asarray(self.knot) / (2 * np.pi), values))
-            return lambda row, offset: curve.at(row, offset)[0]
+            return SampledCurve(Receptance(np.asarray(self.knot) / (2 * np.pi), values)).at
         if not np.any(values):
-            return lambda row, offset: np.zeros(np.shape(offset), complex)
+            return lambda row, offset: (np.zeros(np.shape(offset), complex),) * 3
         step, slope = np.diff(self.knot), slopes(self.knot, values)
         secant = np.diff(values) / step
         square, cube = (3 * secant - 2 * slope[:-1] - slope[1:]) / step, (slope[:-1] + slope[1:] - 2 * secant) / step**2
-        return lambda row, x: values[row] + x * (slope[row] + x * (square[row] + x * cube[row]))
+
+        def at(row: Any, x: Any) -> tuple[Any, Any, Any]:
+            first, second, third = slope[row], square[row], cube[row]
+            value = values[row] + x * (first + x * (second + x * third))
+            return value, first + x * (2 * second + x * 3 * third), 2 * second + x * 6 * third
+
+        return at
 
 
 def _sections_of(modes: Modes) -> Sections:

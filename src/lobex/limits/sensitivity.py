@@ -5,19 +5,21 @@ from functools import partial
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
 from lobex import _checks
 from lobex._batches import in_batches, over_few, together
 from lobex._float64 import at_once, widened
+from lobex._pytree import is_measured
 from lobex._shapes import AnyArray, Number
 from lobex.grids.choice import AUTO, AnyMethod, operator_of
+from lobex.limits.closed_form import closed_form
 from lobex.limits.critical import critical_gain
+from lobex.limits.d_subdivision import limit_followed
 from lobex.limits.exact_limit import exact_limit
 from lobex.limits.growth import growth
-from lobex.limits.parameters import number_names, number_values
+from lobex.limits.parameters import in_rows, number_names, number_values
 from lobex.operators.operator import Method
 from lobex.processes.process import Process, check_process
 from lobex.results.limit import Limit
@@ -49,6 +51,8 @@ def sensitivities(
     speed gives it for all numbers at once, and nothing is traced through the search.
 
     The numbers are those of the process, named by their path, such as "modes.damping_ratio[0]", and "speed".
+    Those of a measured ``Receptance`` are its frequencies and samples, "modes.frequency[7]", "modes.response[7].real"
+    and "modes.response[7].imag": which lines matter, and with ``band`` what their noise does to the limit.
     For numbers that the process is made from, give the function that makes it and the numbers ``at`` which::
 
         lobex.sensitivities(
@@ -71,8 +75,8 @@ def sensitivities(
         between lobes) they are those of one side.
 
     Raises:
-        ValueError: as ``exact_limit`` and ``critical_gain`` do, for a function without ``at`` or the other way
-            round, and for a measured ``Receptance``, whose samples are no parameters.
+        ValueError: as ``exact_limit`` and ``critical_gain`` do, and for a function without ``at`` or the other way
+            round.
 
     Warns:
         LobexWarning: as ``exact_limit`` and ``critical_gain``.
@@ -88,7 +92,6 @@ def sensitivities(
         with at_once():
             process = build(parameters)
         check_process(process)
-    _refuse_measurements(process)
     model: Any = process
     if bounds is None:
         limit = exact_limit(model, speed)
@@ -101,11 +104,16 @@ def sensitivities_of(limit: Limit) -> Sensitivities:
     """The sensitivities of a limit to the numbers of its process, which is made again from its description.
 
     Raises:
-        ValueError: for a limit whose process is not one of lobex's own, or was traced.
+        ValueError: for a limit whose process is not one of lobex's own, or was traced, and one of the mean force or of
+            harmonics.
     """
-    process = rebuild(limit.process)
-    _refuse_measurements(process)
-    closed = limit.method["type"] == _CLOSED_FORM
+    process, method = rebuild(limit.process), limit.method["type"]
+    if method in ("ZeroOrder", "MultiFrequency"):
+        raise ValueError(
+            f"limit was found by {method}, of which no sensitivities are known; give that of critical_gain, with modes "
+            "fitted by Frf.modes in the place of a measurement"
+        )
+    closed = method == _CLOSED_FORM
     return at_limit(limit, _itself, process, None if closed else operator_of(rebuild(limit.method)))
 
 
@@ -119,11 +127,18 @@ def at_limit(limit: Limit, build: Builder, parameters: Any, method: Method | Non
     derivative = np.full((len(limit.speed), len(names)), np.nan)
     with at_once():
         wide = widened(parameters)
-        if found.size and method is None:
+        if found.size and method is None and any(map(is_measured, _leaves(build(wide)))):
+            omega = 2 * np.pi * np.asarray(limit.chatter_frequency)[found]
+            derivative[found] = in_batches(partial(_of_samples, build, wide), (speed, omega))
+        elif found.size and method is None:
             derivative[found] = in_batches(partial(_closed_form, build, wide), (speed,))
         elif found.size:
             derivative[found] = in_batches(partial(_by_growth, build, wide, method), (speed, gain), _BATCH)
     return Sensitivities(names=names, value=values, derivative=derivative, limit=limit)
+
+
+def _leaves(process: Any) -> list[Any]:
+    return jax.tree.leaves(process, is_leaf=is_measured)
 
 
 def _itself(process: Any) -> Any:
@@ -138,7 +153,24 @@ def _closed_form(
         return exact_limit(build(parameters), speed).gain[0]
 
     by_all = jax.vmap(jax.grad(gain, argnums=(0, 1)), in_axes=(None, 0))
-    return _in_rows(by_all(parameters, speed))
+    return in_rows(by_all(parameters, speed))
+
+
+@partial(jax.jit, static_argnums=0)
+def _of_samples(
+    build: Builder,
+    parameters: Any,
+    count: Int[Array, ""],
+    speed: Float[AnyArray, " speeds"],
+    omega: Float[AnyArray, " speeds"],
+) -> Float[Array, "speeds parameters"]:
+    """Of a measurement, whose samples are many: without the search."""
+
+    def gain(parameters: Any, speed: Float[Array, ""], omega: Float[Array, ""]) -> Float[AnyArray, ""]:
+        found: Any = closed_form(build(parameters))
+        return limit_followed(found, speed, omega)
+
+    return in_rows(jax.vmap(jax.grad(gain, argnums=(0, 1)), in_axes=(None, 0, 0))(parameters, speed, omega))
 
 
 @partial(jax.jit, static_argnums=0)
@@ -157,13 +189,7 @@ def _by_growth(
         return jax.grad(value, argnums=(0, 1, 2))(parameters, speed, gain)
 
     *others, by_gain = over_few(point, together(len(speed), _TOGETHER), count, speed, gain)
-    return -_in_rows(others) / by_gain[:, None]
-
-
-def _in_rows(gradients: Any) -> Float[Array, "speeds parameters"]:
-    """Gradients per point, their numbers in one row each, (n, p)."""
-    leaves = jax.tree.leaves(gradients)
-    return jnp.concatenate([leaf.reshape(leaf.shape[0], -1) for leaf in leaves], axis=1)
+    return -in_rows(others) / by_gain[:, None]
 
 
 def _numbers(at: Any) -> dict[str, Any]:
@@ -172,8 +198,3 @@ def _numbers(at: Any) -> dict[str, Any]:
     for name, value in at.items():
         _checks.as_numbers(f"at[{name!r}]", value)
     return {name: np.asarray(value, dtype=np.float64) for name, value in at.items()}
-
-
-def _refuse_measurements(process: Any) -> None:
-    if hasattr(getattr(process, "modes", None), "response"):
-        raise ValueError("process carries a measured Receptance, whose samples are no parameters; give lobex.Modes")

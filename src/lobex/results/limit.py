@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from lobex.results.band import Band
+    from lobex.results.growth_rate import GrowthRate
 
 
 class Limit(OfProcess, form="lobex limit 3"):
@@ -135,6 +136,21 @@ class Limit(OfProcess, form="lobex limit 3"):
                 not tell its process (found under ``jit`` or ``grad``, or of a class that is not lobex's own).
         """
         return by_name("limits.sensitivity.sensitivities_of")(self).band(relative_standard_deviation, correlation)
+
+    def growth(self) -> "GrowthRate":
+        """How fast the vibration grows above the limit, and dies out below it, from the frequency response alone.
+
+        For limits of one frequency response, of modes or measured: those of ``exact_limit`` with one contact, and of
+        ``zero_order_limit``. The root iω of 1 + K G(s) (1 − e^{−sτ}) moves by ds/d ln K = −1/(G′/G + τ/(e^{sτ} − 1)),
+        with the derivative of G by s from that along the frequency axis; a second derivative tells how far that holds.
+
+        Raises:
+            ValueError: for other limits, such as those of ``critical_gain``, and one that does not tell its process.
+
+        Warns:
+            LobexWarning: for rates of a measurement whose noise hides them, and which are NaN.
+        """
+        return by_name("limits.growth_beside.growth_of")(self)
 
     @overload
     def plot(self, ax: "Axes", speed_unit: str | None = None, *, label: str | None = None) -> "Axes": ...

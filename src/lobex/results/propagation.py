@@ -18,6 +18,9 @@ def band(
 ) -> Band:
     """Propagate relative standard deviations: σ²(ln K) = Σ (d ln K/d ln p · σ_p/p)², of independent numbers.
 
+    Of a complex number, such as a sample of a measurement, each part deviates by a share of its modulus: noise that is
+    as large in both.
+
     A name without index, such as "modes.damping_ratio", stands for each of its numbers, every one
     independent of the others; for numbers that vary together, take sensitivities to the one that they are made from,
     or their correlation R: σ² = Σ Σ Rᵢⱼ (…)ᵢ (…)ⱼ. The contribution of each is then that of what the ones before leave
@@ -53,8 +56,22 @@ def band(
         names=tuple(sensitivities.names[i] for i in used),
         deviation=deviation[used],
         # What is certain adds nothing, be its sensitivity infinite.
-        contribution=np.where(deviation[used] > 0, np.abs(sensitivities.logarithmic[:, used]) * deviation[used], 0.0),
+        contribution=np.where(deviation[used] > 0, np.abs(_relative(sensitivities)[:, used]) * deviation[used], 0.0),
     )
+
+
+def _relative(sensitivities: Sensitivities) -> np.ndarray:
+    """d ln K/d ln p, (n, p), and of parts of complex numbers d ln K by shares of the modulus."""
+    found, names = sensitivities.logarithmic, sensitivities.names
+    # The imaginary part follows the real one.
+    first = np.array([i for i, name in enumerate(names) if name.endswith(".real")], dtype=int)
+    if first.size:
+        both = np.stack([first, first + 1])
+        modulus = np.hypot(*np.moveaxis(sensitivities.value[:, both], 1, 0))
+        gain = np.asarray(sensitivities.limit.gain)[:, None]
+        for part in both:
+            found[:, part] = sensitivities.derivative[:, part] * modulus / np.where(gain == 0, np.nan, gain)
+    return found
 
 
 def _together(sensitivities: Sensitivities, relative_standard_deviation: Mapping[str, float], correlation: Any) -> Band:
@@ -73,6 +90,6 @@ def _together(sensitivities: Sensitivities, relative_standard_deviation: Mapping
         raise ValueError("correlation is no correlation matrix; give a symmetric one with ones on its diagonal")
     deviation = np.array([float(relative_standard_deviation[name]) for name in names])
     place = [sensitivities.names.index(name) for name in names]
-    slope = np.where(deviation > 0, sensitivities.logarithmic[:, place] * deviation, 0.0)
+    slope = np.where(deviation > 0, _relative(sensitivities)[:, place] * deviation, 0.0)
     factor = np.linalg.cholesky(matrix + _ROUNDING * np.eye(count))
     return Band(sensitivities.limit, names, deviation, np.abs(slope @ factor))

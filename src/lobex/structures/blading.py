@@ -81,6 +81,8 @@ class Blading:
                 raise ValueError(
                     f"coupling has shape {np.shape(self.coupling)}; give one number, or one per mode, ({modes},)"
                 )
+        # JAX compares what is constant, and a description has lists for it.
+        object.__setattr__(self, "range_of_gaps", tuple(map(float, self.range_of_gaps)))
         for name in ("mistuning", "spacing", "coupling"):
             if getattr(self, name) is not None:
                 # JAX takes a list for a tree of numbers.
