@@ -47,6 +47,44 @@ def test_modes_of_noisy_responses_are_those_of_the_structure(noise, frequency, d
         assert lost == pytest.approx(share["xy".index(i), "xy".index(j)], rel=0.1, abs=1e-7)
 
 
+def disturbed(where, noise, seed=1):
+    """An accelerance whose noise is larger in a band, and the coherence that it has."""
+    random = np.random.default_rng(seed)
+    clean = ACCELERANCE[:, 0, 0]
+    deviation = (
+        0.005 * np.abs(clean).max() * np.where(np.abs(FREQUENCY - np.mean(where)) < np.ptp(where) / 2, noise, 1.0)
+    )
+    white = (random.standard_normal((2, len(FREQUENCY))) * [[1], [1j]]).sum(axis=0) / np.sqrt(2)
+    coherence = np.abs(clean) ** 2 / (np.abs(clean) ** 2 + deviation**2)
+    return (clean + deviation * white) / -(OMEGA**2), coherence
+
+
+@pytest.mark.parametrize("where", [(470.0, 560.0), (400.0, 445.0), (600.0, 860.0), (55.0, 130.0)])
+def test_a_band_of_bad_coherence_spoils_no_fit(where):
+    found = []
+    response, coherence = disturbed(where, 100.0)
+    for known in (None, coherence[:, None, None]):
+        frf = lobex.Frf(FREQUENCY, response, measured="acceleration", coherence=known)
+        modes = frf.modes(order=3)
+        off = [np.asarray(modes.frequency) / OWN - 1, np.asarray(modes.damping_ratio) / RATIO - 1]
+        found.append([np.max(np.abs(one)) for one in off])
+    without, weighed = found
+    assert weighed[0] < 1e-3
+    assert weighed[1] < 0.02
+    assert without[1] > 1.5 * weighed[1]
+    # As many modes as there are, without being told.
+    assert frf.modes().count == 3
+
+
+def test_a_coherence_of_one_or_none_changes_nothing():
+    response, _ = disturbed((0.0, 0.0), 1.0)
+    plain = lobex.Frf(FREQUENCY, response, measured="acceleration").modes(order=3)
+    for value in (1.0, np.nan):
+        known = np.full((len(FREQUENCY), 1, 1), value)
+        again = lobex.Frf(FREQUENCY, response, measured="acceleration", coherence=known).modes(order=3)
+        np.testing.assert_array_equal(again.angular_frequency, plain.angular_frequency)
+
+
 def test_one_response_by_itself():
     frf = lobex.Frf(FREQUENCY, as_measured(0.01).values("x"), measured="acceleration")
     fit = frf.fit()

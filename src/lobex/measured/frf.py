@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from lobex.structures.modes import Modes
 
 _LEAST = 8
+# Rounding of a coherence.
+_ABOVE_ONE = 1e-3
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -41,7 +43,8 @@ class Frf:
 
     Raises:
         ValueError: for frequencies that are not increasing and above zero, fewer than 8, shapes that do not agree,
-            names that occur twice, and pairs of which a part of the values is not finite, or all are zero.
+            names that occur twice, pairs of which a part of the values is not finite, or all are zero, and coherence
+            that is not from 0 to 1.
     """
 
     frequency: Float[np.ndarray, " n"]
@@ -77,6 +80,13 @@ class Frf:
             )
         if self.coherence is not None and np.shape(self.coherence) != shape:
             raise ValueError(f"coherence has shape {np.shape(self.coherence)}; give that of matrix, {shape}")
+        known = np.asarray(np.nan if self.coherence is None else self.coherence, dtype=float)
+        if np.any((known < 0) | (known > 1 + _ABOVE_ONE)):
+            worst = known.ravel()[np.nanargmax(np.abs(known - 0.5))]
+            raise ValueError(
+                f"coherence has {worst:.4g}, and is a share from 0 to 1; divide per cent by 100, or leave it out, in "
+                "read_frf by 'unused' among columns"
+            )
         for response, reference in self._all_pairs():
             values = self._values(response, reference)
             if np.isnan(values).all():
@@ -177,7 +187,8 @@ class Frf:
         Poles of least-squares complex frequency-domain estimates of growing order (Guillaume, Verboven, Vanlanduit, Van
         der Auweraer and Peeters, A poly-reference implementation of the least-squares complex frequency-domain
         estimator, IMAC XXI, 2003) that stay where they are from order to order are modes; frequencies, damping and
-        residues are then those of least squares, with a term below the band and one above it for the modes there.
+        residues are then those of least squares, with a term below the band and one above it for the modes there. Lines
+        of less coherence than half of them have weigh less, by what it says of their noise.
 
         Args:
             order: number of modes of each group of directions that cross responses link; None for as many as the data

@@ -8,7 +8,10 @@ _ARC = 0.95
 
 
 def poles_by_order(
-    frequency: Float[np.ndarray, " n"], response: Complex[np.ndarray, "n m"], most: int
+    frequency: Float[np.ndarray, " n"],
+    response: Complex[np.ndarray, "n m"],
+    trust: Float[np.ndarray, "n m"],
+    most: int,
 ) -> list[Complex[np.ndarray, "..."]]:
     """The poles of one denominator for all responses, of orders 1 to ``most``; those in the band that die out.
 
@@ -19,7 +22,8 @@ def poles_by_order(
 
     Args:
         frequency: (n,), Hz, increasing.
-        response: (n, m), of alike weight.
+        response: (n, m), whose noise is alike but for
+        trust: 1 over what it is larger by, (n, m), which weighs the lines of each response.
         most: highest order, which is the number of poles.
 
     Returns:
@@ -28,14 +32,19 @@ def poles_by_order(
     first, width = frequency[0], frequency[-1] - frequency[0]
     step = _ARC / width
     basis = np.exp(2j * np.pi * step * np.outer(frequency - first, np.arange(most + 1)))
-    own = basis.conj().T @ basis
-    between = [basis.conj().T @ (one[:, None] * basis) for one in response.T]
-    squared = basis.conj().T @ (np.sum(np.abs(response) ** 2, axis=1)[:, None] * basis)
+    weighed = [
+        (basis.conj().T * weight**2, one[:, None] * basis) for weight, one in zip(trust.T, response.T, strict=True)
+    ]
+    own = [left @ basis for left, _ in weighed]
+    between = [left @ right for left, right in weighed]
+    squared = basis.conj().T @ (np.sum(np.abs(trust * response) ** 2, axis=1)[:, None] * basis)
     found = []
     for order in range(1, most + 1):
         part = np.s_[: order + 1, : order + 1]
-        numerator = np.linalg.pinv(own[part], hermitian=True)
-        matrix = squared[part] - sum(one[part].conj().T @ numerator @ one[part] for one in between)
+        matrix = squared[part] - sum(
+            one[part].conj().T @ np.linalg.pinv(alone[part], hermitian=True) @ one[part]
+            for alone, one in zip(own, between, strict=True)
+        )
         low = np.linalg.lstsq(matrix[:-1, :-1], -matrix[:-1, -1], rcond=None)[0]
         root = np.roots(np.r_[1.0, low[::-1]])
         root = root[np.abs(root) > 0]

@@ -12,6 +12,7 @@ from lobex._by_name import by_name
 from lobex._warnings import warn
 from lobex.limits.measurement import MEASURED
 from lobex.limits.parameters import number_names
+from lobex.measured.coherence import trusted
 from lobex.measured.frf import Frf
 from lobex.measured.lscf import poles_by_order
 from lobex.measured.modal_model import (
@@ -72,7 +73,8 @@ class ModalFit:
         band: lowest and highest frequency of the fit, Hz.
         directions: names of the contact directions of ``modes``, (r,).
         parts: the fits, one for each group of linked directions.
-        misfit: root mean square of what is left of each pair over that of the pair, in what was measured, by pair.
+        misfit: root mean square of what is left of each pair over that of the pair, in what was measured and weighed by
+            coherence where there is one, by pair.
         mode_misfit: the same within two half-power bandwidths of each mode, (n,), of all pairs of its part.
         frequency_deviation, damping_deviation: standard deviations of the natural frequencies, Hz, and of the damping
             ratios, (n,).
@@ -209,11 +211,12 @@ def _part(frf: Frf, names: list[str], inside: np.ndarray, order: int | None, rea
         )
     omega: np.ndarray = 2 * np.pi * frf.frequency[inside]
     response = np.stack([frf.values(*pair)[inside] for pair in pairs], axis=1)
-    line: np.ndarray = omega ** float(MEASURED.index(frf.measured))
-    size = np.sqrt(np.mean(np.abs(line[:, None] * response) ** 2, axis=0))
-    band = Band(omega, response, line, 1 / size, real)
+    kind = omega[:, None] ** float(MEASURED.index(frf.measured))
+    trust = trusted(kind * response, _coherence(frf, pairs, inside))
+    size = np.sqrt(np.mean(np.abs(trust * kind * response) ** 2, axis=0))
+    band = Band(omega, response, trust * kind, 1 / size, real)
     most = min(_MOST_ORDER, len(omega) // _LINES_PER_ORDER)
-    chart = stabilised(poles_by_order(frf.frequency[inside], band.weighed(response), most))
+    chart = stabilised(poles_by_order(frf.frequency[inside], kind * response / size, trust, most))
     if not len(chart.candidate):
         raise ValueError(
             f"no pole of {frf.source or 'the responses'} stays from order to order; give band=, in which there are "
@@ -223,6 +226,14 @@ def _part(frf: Frf, names: list[str], inside: np.ndarray, order: int | None, rea
     numbers = np.argsort(found.omega)
     found = linear(first, found.omega[numbers], found.damping_ratio[numbers])
     return Part(tuple(names), pairs, first, found, covariance(first, found), chart)
+
+
+def _coherence(frf: Frf, pairs: tuple[tuple[str, str], ...], inside: np.ndarray) -> Float[np.ndarray, "n m"] | None:
+    """Of the pairs in the band."""
+    if frf.coherence is None:
+        return None
+    places = [(frf.responses.index(one), frf.references.index(other)) for one, other in pairs]
+    return np.stack([frf.coherence[inside, i, j] for i, j in places], axis=1)
 
 
 def _chosen(

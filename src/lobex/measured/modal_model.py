@@ -21,14 +21,14 @@ class Band(NamedTuple):
     Attributes:
         omega: (n,), rad/s.
         response: (n, m), m/N.
-        line: weight of each line, (n,), so that noise is about as large in all; and
+        line: weight of each line of each response, (n, m), so that noise is about as large in all of them; and
         pair: 1 over the deviation of that of each response, (m,), up to a factor that all share.
         real: whether residues are real.
     """
 
     omega: Float[np.ndarray, " n"]
     response: Complex[np.ndarray, "n m"]
-    line: Float[np.ndarray, " n"]
+    line: Float[np.ndarray, "n m"]
     pair: Float[np.ndarray, " m"]
     real: bool
 
@@ -39,7 +39,7 @@ class Band(NamedTuple):
 
     def weighed(self, values: Complex[np.ndarray, "n m"]) -> Complex[np.ndarray, "n m"]:
         """Of each response what noise is alike in."""
-        return self.line[:, None] * values * self.pair
+        return self.line * values * self.pair
 
 
 class Fitted(NamedTuple):
@@ -81,10 +81,12 @@ def _residual_columns(band: Band) -> list[Complex[np.ndarray, "n 1"]]:
 def linear(band: Band, omega: Float[np.ndarray, " k"], damping_ratio: Float[np.ndarray, " k"]) -> Fitted:
     """Residues of given poles by linear least squares."""
     basis = columns(band, omega, damping_ratio)
-    matrix = _parts(band.line[:, None] * basis)
-    size = np.linalg.norm(matrix, axis=0)
-    found = np.linalg.lstsq(matrix / size, _parts(band.line[:, None] * band.response), rcond=None)[0]
-    coefficient = found / size[:, None]
+    found = []
+    for line, response in zip(band.line.T, band.response.T, strict=True):
+        matrix = _parts(line[:, None] * basis)
+        size = np.linalg.norm(matrix, axis=0)
+        found.append(np.linalg.lstsq(matrix / size, _parts(line * response), rcond=None)[0] / size)
+    coefficient = np.stack(found, axis=1)
     return Fitted(omega, damping_ratio, coefficient, band.response - basis @ coefficient)
 
 
@@ -107,13 +109,14 @@ def polished(band: Band, start: Fitted) -> Fitted:
 
     def slope(x: np.ndarray) -> Any:
         fit = linear(band, *at(x))
-        basis = _parts(band.line[:, None] * columns(band, *at(x)))
-        own = np.linalg.qr(basis / np.linalg.norm(basis, axis=0))[0]
-        moved = np.stack(
-            [_parts(band.line[:, None] * one * w) for one, w in zip(_moved(band, fit), band.pair, strict=True)]
-        )
-        # What the columns do not span.
-        return -(moved - own @ (own.T @ moved)).reshape(-1, 2 * k) * scale
+        basis, rows = columns(band, *at(x)), []
+        for line, one, pair in zip(band.line.T, _moved(band, fit), band.pair, strict=True):
+            spanned = _parts(line[:, None] * basis)
+            own = np.linalg.qr(spanned / np.linalg.norm(spanned, axis=0))[0]
+            moved = _parts(line[:, None] * one * pair)
+            # What the columns do not span.
+            rows.append(moved - own @ (own.T @ moved))
+        return -np.concatenate(rows) * scale
 
     low, high = np.log(_DAMPING)
     bounds = (
@@ -146,13 +149,13 @@ def covariance(band: Band, fitted: Fitted) -> Float[np.ndarray, "q q"]:
     """
     k, (c, m) = len(fitted.omega), fitted.coefficient.shape
     basis = columns(band, fitted.omega, fitted.damping_ratio)
-    size = np.linalg.norm(band.line[:, None] * basis, axis=0)
+    size = np.linalg.norm(np.max(band.line, axis=1)[:, None] * basis, axis=0)
     inverse = np.zeros((2 * k + c * m, 2 * k + c * m))
     scale = np.r_[np.ones(2 * k), np.tile(1 / size, m)]
     left = band.weighed(fitted.residual)
     for i, (moved, deviation) in enumerate(zip(_moved(band, fitted), _deviations(band, fitted), strict=True)):
         wider = (1 + likeness(left[:, i])) / (1 - likeness(left[:, i]))
-        weight = band.line[:, None] * band.pair[i] / (deviation * np.sqrt(wider))
+        weight = band.line[:, i, None] * band.pair[i] / (deviation * np.sqrt(wider))
         place = np.r_[0 : 2 * k, 2 * k + c * i : 2 * k + c * (i + 1)]
         matrix = _parts(weight * np.concatenate([moved, basis / size], axis=1))
         inverse[np.ix_(place, place)] += matrix.T @ matrix
