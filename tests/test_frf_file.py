@@ -1,5 +1,8 @@
 """Files of analysers: what each holds comes out, and what is damaged or odd is refused in a helpful line."""
 
+import io
+import zipfile
+
 import h5py
 import numpy as np
 import pytest
@@ -244,6 +247,43 @@ def test_arrays_that_do_not_say_what_they_are_are_refused(tmp_path):
     np.savez(path, f=FREQUENCY, H=RECEPTANCE, unit="m/N")
     with refused("does not name the directions of its 2 responses; give response="):
         lobex.read_frf(path)
+
+
+def test_small_files_that_say_they_are_large_are_not_unpacked(tmp_path, file):
+    head = io.BytesIO()
+    np.lib.format.write_array_header_1_0(head, {"descr": "<f8", "fortran_order": False, "shape": (10**13,)})
+    with refused("says that it holds more than fits in memory"):
+        lobex.read_frf(file("a.npy", head.getvalue() + bytes(80)), unit="m/N")
+    with zipfile.ZipFile(tmp_path / "a.npz", "w", zipfile.ZIP_DEFLATED) as archive, archive.open("f.npy", "w") as part:
+        for _ in range(33):
+            part.write(bytes(2**24))
+    with refused("it unpacks to 528 MiB; give a file of up to 512 MiB"):
+        lobex.read_frf(tmp_path / "a.npz", unit="m/N")
+    with h5py.File(tmp_path / "a.mat", "w") as stored:
+        stored.create_dataset("H", shape=(10**11,), dtype="f8", chunks=(10**6,))
+    with refused("it unpacks to 762939 MiB"):
+        lobex.read_frf(tmp_path / "a.mat", unit="m/N")
+    for count in (2 * 10**9, 0, -5):
+        with refused(f"a dataset says {count} values, in a file of"):
+            lobex.read_frf(file("a.uff", dataset(POINT, count=count)))
+
+
+@pytest.mark.parametrize(
+    "content", [" ".join(["1.5"] * 20_000), "x" * 20_000 + ",Real,Imag\n" + "".join(ROWS[1:])], ids=["wide", "long"]
+)
+def test_messages_stay_short(content, file):
+    with refused("give columns=") as error:
+        lobex.read_frf(file("a.csv", content))
+    assert len(str(error.value)) < 500
+
+
+def test_a_coherence_in_per_cent_is_refused(file):
+    for value, shown in ((98.5, "98.5"), (-0.2, "-0.2")):
+        rows = table(*PARTS, np.full(len(FREQUENCY), value), head=HEAD.replace("\n", ",Coherence\n"))
+        with refused(f"coherence has {shown}, and is a share from 0 to 1"):
+            lobex.read_frf(file("a.csv", rows))
+    roles = ("frequency", "real", "imaginary", "unused")
+    assert same(lobex.read_frf(file("a.csv", rows), columns=roles))
 
 
 @pytest.mark.parametrize("stray", [b"\n", b"\r\n"])

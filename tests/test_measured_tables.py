@@ -165,6 +165,8 @@ def test_cuts_are_what_a_chart_compares(tmp_path):
         ("speed,depth [mm],chatter\n6000,1,no\n", "has no unit above 'speed'; write one of rpm"),
         ("speed [rpm],depth,chatter\n6000,1,no\n", "has no unit above 'depth'; write one of mm"),
         ("speed [rpm],depth [mm]\n6000,1\n", "no column of the chatter among 'speed', 'depth'"),
+        ("speed [rpm],depth [mm],chatter\n6000,1,no\n0,1,no\n", "row 2 below the head: the speed is 0 in SI units"),
+        ("speed [rpm],depth [mm],chatter\n6000,-1,no\n", "the depth or stiffness is -0.001 in SI units"),
         ("speed [rpm],depth [mm],chatter\n6000,1,perhaps\n", "'perhaps' does not say whether the cut chattered"),
     ],
 )

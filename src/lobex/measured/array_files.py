@@ -1,17 +1,22 @@
 """Named arrays of NumPy and MATLAB files, none of which may run code."""
 
+import math
 import zipfile
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+# Of what a file unpacks to, bytes: a small file may say that it holds any number of them.
+_LARGEST = 512 * 2**20
 
 
 def arrays_of(path: Path) -> dict[str, np.ndarray]:
     """The arrays of numbers and the texts of a .npz, .npy or .mat file, by name; that of a .npy file has none.
 
     Raises:
-        ValueError: for a file that cannot be read, or that holds objects of Python.
+        ValueError: for a file that cannot be read, that holds objects of Python, or more than 512 MiB of numbers.
     """
     try:
         if path.suffix.lower() == ".mat":
@@ -19,6 +24,10 @@ def arrays_of(path: Path) -> dict[str, np.ndarray]:
         with open(path, "rb") as file:
             if path.suffix.lower() == ".npy":
                 return {"": np.load(file, allow_pickle=False)}
+            if zipfile.is_zipfile(file):
+                with zipfile.ZipFile(file) as archive:
+                    _check_size(part.file_size for part in archive.infolist())
+            file.seek(0)
             with np.load(file, allow_pickle=False) as stored:
                 if isinstance(stored, np.ndarray):
                     return {"": stored}
@@ -31,6 +40,14 @@ def arrays_of(path: Path) -> dict[str, np.ndarray]:
             ) from None
         why = str(error).partition("\n")[0] or type(error).__name__
         raise ValueError(f"path = {str(path)!r} cannot be read as {path.suffix.lower()} ({why})") from None
+    except MemoryError:
+        raise ValueError(f"path = {str(path)!r} says that it holds more than fits in memory; save it again") from None
+
+
+def _check_size(bytes_of_parts: Iterable[int]) -> None:
+    size = sum(bytes_of_parts)
+    if size > _LARGEST:
+        raise ValueError(f"it unpacks to {size / 2**20:.0f} MiB; give a file of up to {_LARGEST // 2**20} MiB")
 
 
 def _matlab(path: Path) -> dict[str, np.ndarray]:
@@ -41,6 +58,8 @@ def _matlab(path: Path) -> dict[str, np.ndarray]:
     if h5py.is_hdf5(path):
         return _matlab_hdf5(path)
     try:
+        # Complex numbers have 16 bytes, and none has more.
+        _check_size(16 * math.prod(shape) for _, shape, _ in scipy.io.whosmat(path))
         found = scipy.io.loadmat(path, squeeze_me=False)
     except Exception as error:
         # Its reader tells of damaged files in many ways.
@@ -55,6 +74,7 @@ def _matlab_hdf5(path: Path) -> dict[str, np.ndarray]:
 
     with h5py.File(path, "r") as file:
         found = {}
+        _check_size(stored.nbytes for stored in file.values() if isinstance(stored, h5py.Dataset))
         for name, stored in file.items():
             if not isinstance(stored, h5py.Dataset):
                 continue

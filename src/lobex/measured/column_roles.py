@@ -30,6 +30,8 @@ _NAMES = {
     "magnitude": r"mag\w*|abs\w*|ampl\w*|modul\w*|betrag",
     "frequency": r"f|freq\w*|frequenz|omega|ω|hz|khz|rad/s",
 }
+# Columns that a message names, and letters of a name in it.
+_SHOWN, _LONGEST = 8, 60
 _DIRECTIONS = re.compile(r"(?<![A-Za-z])([xyz])\s*[/_,]?\s*([xyz])(?![A-Za-z])", re.IGNORECASE)
 
 
@@ -96,7 +98,9 @@ def _of_head(table: TextTable, path: Path) -> list[Column]:
     found = [_column(name) for name in table.head]
     for name, column in zip(table.head, found, strict=True):
         if column.role == "":
-            raise ValueError(f"path = {str(path)!r} has a column {name!r} that is not understood; {_remedy(count)}")
+            raise ValueError(
+                f"path = {str(path)!r} has a column {name[:_LONGEST]!r} that is not understood; {_remedy(count)}"
+            )
     return found
 
 
@@ -118,8 +122,9 @@ def _given(columns: Any, head: Sequence[str], count: int, path: Path) -> list[Co
 
 
 def _remedy(count: int) -> str:
-    usual = ("frequency", "real", "imaginary", "coherence", *("unused",) * count)[: max(count, 3)]
-    return f"give columns={usual!r}, of {', '.join(ROLES)}"
+    usual = ("frequency", "real", "imaginary", "coherence", *("unused",) * min(count, _SHOWN))[: max(count, 3)]
+    shown = repr(usual) if count <= len(usual) else f"{repr(usual)[:-1]}, …), {count} in all"
+    return f"give columns={shown}, of {', '.join(ROLES)}"
 
 
 def _column(name: str) -> Column:
@@ -191,10 +196,12 @@ def _joined(part: Mapping[str, np.ndarray], path: Path) -> Complex[np.ndarray, "
     for first, second in _PAIRS:
         if first in part and second in part:
             one, other = part[first], part[second]
-            if first == "real":
-                return one + 1j * other
-            size = one if first == "magnitude" else 10 ** (one / 20)
-            return size * np.exp(1j * (np.deg2rad(other) if second == "phase_degrees" else other))
+            # What is beyond floating point is a gap.
+            with np.errstate(over="ignore", invalid="ignore"):
+                if first == "real":
+                    return one + 1j * other
+                size = one if first == "magnitude" else 10 ** (one / 20)
+                return size * np.exp(1j * (np.deg2rad(other) if second == "phase_degrees" else other))
     has = ", ".join(sorted(set(part) - {"coherence"}))
     raise ValueError(
         f"path = {str(path)!r} has {has} and no other part; a response takes real and imaginary columns, or magnitude "

@@ -35,11 +35,18 @@ def read_cuts(path: str | os.PathLike[str]) -> Float[np.ndarray, "k 3"]:
 
     Raises:
         ValueError: for a file that cannot be read, columns that are missing or twice there, units that are not said,
-            and cells that cannot be understood.
+            cells that cannot be understood, speeds that are not above zero, and depths below it.
     """
     table = read_cells(path, "a table of cuts")
     speed = table.scaled(table.needed(_NAMES["speed"], "speed", "speed [rpm]"), _SPEED)
     gain = table.scaled(table.needed(_NAMES["gain"], "depth of cut", "depth [mm]"), _GAIN)
+    for name, values, wrong in (("speed", speed, speed <= 0), ("depth or stiffness", gain, gain < 0)):
+        if np.any(wrong):
+            row = int(np.argmax(wrong))
+            raise ValueError(
+                f"path = {str(table.path)!r}, row {row + 1} below the head: the {name} is {values[row]:.6g} in SI "
+                "units, and no cut has that; mend that cell"
+            )
     column = table.needed(_NAMES["outcome"], "chatter", "chatter")
     return np.stack([speed, gain, _chattered(table, column)], axis=1)
 

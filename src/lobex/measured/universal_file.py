@@ -16,6 +16,8 @@ _FORCES = (9, 13)
 _AXES = {1: "x", 2: "y", 3: "z"}
 _FUNCTIONS = {0: "unknown functions", 1: "time responses", 2: "auto spectra", 3: "cross spectra", 6: "coherences"}
 _FUNCTIONS |= {9: "power spectra", 12: "spectra"}
+# The seventh line of a dataset 58: kind of numbers, and how many values there are.
+_COUNT = re.compile(rb"^ {4}58[^\r\n]*\r?\n(?:[^\n]*\n){6}[^\n]{10}([ ]*-?\d+)[ ]", re.MULTILINE)
 _MARK = re.compile(rb" {4}-1[ ]*(?:[\r\n]|$)")
 # Between two frequency axes that are the same, of their steps.
 _SAME = 1e-3
@@ -75,6 +77,13 @@ def _sets(path: Path) -> tuple[list[dict[str, Any]], float | None]:
         raise ValueError(f"path = {str(path)!r} is no universal file, whose datasets stand between lines of '    -1'")
     if marks % 2:
         raise ValueError(f"path = {str(path)!r} is cut short: its last dataset has no end '    -1'; export it again")
+    for said in _COUNT.findall(content):
+        # Of a count, pyuff makes as many frequencies, however few values there are; each takes a byte at least.
+        if not 0 < int(said) <= len(content):
+            raise ValueError(
+                f"path = {str(path)!r} is cut short: a dataset says {int(said)} values, in a file of {len(content)} "
+                "bytes; export it again"
+            )
     try:
         file = pyuff.UFF(str(path))
         kinds = file.get_set_types()
