@@ -137,6 +137,55 @@ def test_a_click_marches_the_motion_there(page):
     assert point.gain == pytest.approx(2e-5, abs=1.2e-5)
 
 
+@pytest.fixture(scope="module")
+def stage(address, folder):
+    with browsers.browser(folder) as driver:
+        driver.get(f"http://{urlsplit(address).netloc}/?process=blading")
+        browsers.until(driver, lambda: len(gains(driver)) == 1000, "limit of blading")
+        yield driver
+
+
+def legend(driver):
+    """The names in the legend of the diagram that are shown."""
+    code = (
+        "const keys = model.above.concat(model.center).find((one) => one.type === 'Legend');"
+        "return keys.items.filter((one) => one.visible).map((one) => one.label.value)"
+    )
+    return browsers.model(driver, "lobes", code)
+
+
+BLADE = lobex.Modes.single(frequency=400.0, damping_ratio=0.005, mass=0.11)
+STAGE_SPEEDS = np.linspace(40.0, 160.0, 1000)
+
+
+def test_a_stage_of_blades_shows_waves_around_the_disc_by_colour(stage):
+    known = lobex.exact_limit(lobex.Rub(lobex.Blading(BLADE, 6, coupling=60.0)), STAGE_SPEEDS)
+    np.testing.assert_allclose(gains(stage), known.gain / 1e6, rtol=1e-12)
+    waves = [f"nodal diameter {k}" for k in sorted(set(known.nodal_diameter.tolist()))]
+    assert [name for name in legend(stage) if name.startswith("nodal")] == waves
+
+
+def test_the_coupling_of_a_stage_moves_its_lobes(stage):
+    drag(stage, handle_of(stage, "coupling"), 40)
+
+    def other():
+        state = state_of_query(urlsplit(stage.current_url).query)
+        return state if state.numbers.coupling > 70 else None
+
+    state = browsers.until(stage, other, "other coupling")
+    known = lobex.exact_limit(lobex.Rub(lobex.Blading(BLADE, 6, coupling=state.numbers.coupling)), STAGE_SPEEDS)
+    browsers.until(stage, lambda: same(gains(stage), known.gain / 1e6), "limit of the slider")
+
+
+def test_a_click_marches_a_stage(stage):
+    mouse_at(stage, 100.0, 0.01, click=True)
+    code = "return model.data.period.length"
+    count = browsers.until(stage, lambda: browsers.model(stage, "source of samples", code), "march")
+    assert count == 101
+    assert "max|μ| = " in browsers.text_of(stage)
+    assert [line["message"] for line in stage.get_log("browser") if line["level"] == "SEVERE"] == []
+
+
 def sheet(driver, number):
     tabs = browsers.found(driver, ".bk-tab")
     driver.execute_script("arguments[0].click()", tabs[number])

@@ -7,7 +7,7 @@ import pytest
 
 import lobex
 from lobex.explorer.curves import first_look, in_closed_form, limit_of, predicted, slopes_of
-from lobex.explorer.drawn_columns import bar_columns, limit_columns, lobe_columns, stable_columns
+from lobex.explorer.drawn_columns import bar_columns, limit_columns, lobe_columns, series_of, stable_columns
 from lobex.explorer.point import at_point
 from lobex.explorer.recipes import process_of
 from lobex.explorer.state import STARTS, Mode, Point, Table, TurningNumbers
@@ -100,8 +100,10 @@ def test_columns_are_those_of_the_limit_in_the_units_of_the_axes():
     columns = limit_columns(limit)
     np.testing.assert_array_equal(columns["speed"], 60 * limit.speed)
     np.testing.assert_array_equal(columns["gain"], limit.gain / 1e-3)
-    np.testing.assert_array_equal(columns["hopf"], columns["gain"])
-    assert np.isnan(columns["flip"]).all()
+    (series,) = series_of(limit)
+    assert series.name == "Hopf (complex pair)"
+    for name in ("speed", "gain", "frequency"):
+        np.testing.assert_array_equal(series.columns[name], columns[name])
     stable = stable_columns(limit)
     # One polygon, under the limit: its area is the integral.
     (x,), (y,) = stable["xs"], stable["ys"]
@@ -110,6 +112,41 @@ def test_columns_are_those_of_the_limit_in_the_units_of_the_axes():
     numbers = [int(text) for text in lobe_columns(limit, 2.0)["number"]]
     assert numbers == sorted(numbers, reverse=True)
     assert set(numbers) <= set(limit.lobe.tolist())
+
+
+def test_waves_around_the_disc_are_series_of_their_own():
+    limit = limit_of(small("blading", speeds=120))
+    blade = lobex.Modes.single(frequency=400.0, damping_ratio=0.005, mass=0.11)
+    known = lobex.exact_limit(lobex.Rub(lobex.Blading(blade, 6, coupling=60.0)), limit.speed)
+    np.testing.assert_array_equal(limit.gain, known.gain)
+    drawn = {series.name: series for series in series_of(limit)}
+    waves = sorted(set(known.nodal_diameter.tolist()))
+    assert len(waves) > 2
+    assert list(drawn) == [f"nodal diameter {k}" for k in waves]
+    assert len({series.colour for series in drawn.values()}) == len(waves)
+    for k in waves:
+        here = np.isfinite(drawn[f"nodal diameter {k}"].columns["frequency"])
+        np.testing.assert_array_equal(here, known.nodal_diameter == k)
+
+
+def test_coupled_blades_that_differ_are_searched():
+    stage = STARTS["blading"]
+    mistuned = tuple(replace(blade, mistuning=0.01 * (i % 2)) for i, blade in enumerate(stage.numbers.blades))
+    assert in_closed_form(stage)
+    assert not in_closed_form(stage.changed("blades", mistuned))
+    assert in_closed_form(stage.changed("blades", mistuned).changed("coupling", 0.0))
+
+
+def test_a_march_of_a_stage_grows_as_its_multiplier_says():
+    stage = small("blading", speeds=8)
+    speed = 100.0
+    limit = float(lobex.exact_limit(process_of(stage), speed).gain[0])
+    for share, stable in ((0.8, True), (1.3, False)):
+        there = at_point(replace(stage, point=Point(speed, share * limit), periods=300))
+        assert there.march.displacement.shape[1] == 6
+        assert there.deflection == (1e-6, 0.0, 0.0, 0.0, 0.0, 0.0)
+        assert (there.radius < 1) is stable
+        assert float(there.march.growth) == pytest.approx(there.radius, rel=2e-3)
 
 
 def test_bars_are_the_sensitivities_at_a_speed():

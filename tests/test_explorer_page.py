@@ -1,6 +1,8 @@
 """The page without a browser: widgets change the state, the figures follow, and numbers compile nothing."""
 
+import asyncio
 import html
+import threading
 from dataclasses import replace
 
 import jax
@@ -170,6 +172,37 @@ def test_other_processes_have_pages_of_their_own(turning):
     assert turning.limit.gain == pytest.approx(known, rel=1e-9)
 
 
+def test_a_stage_of_blades_is_drawn_by_its_waves(turning):
+    turning.load(replace(STARTS["blading"], view=replace(STARTS["blading"].view, speeds=SPEEDS)))
+    assert turning.settle()
+    assert (turning.speed_unit, turning.quantity.symbol) == ("Hz", "K_e")
+    blade = lobex.Modes.single(frequency=400.0, damping_ratio=0.005, mass=0.11)
+
+    def shown():
+        keys = turning.figures.keys
+        return [keys[name].label.value for name in keys if name.startswith("series") and keys[name].visible]
+
+    waves = sorted(set(turning.limit.nodal_diameter.tolist()))
+    assert shown() == [f"nodal diameter {k}" for k in waves]
+    turning.controls.sliders["coupling"].value = 0.0
+    assert turning.settle()
+    known = lobex.exact_limit(lobex.Rub(lobex.Blading(blade, 6)), turning.limit.speed)
+    assert drawn(turning)["gain"] == pytest.approx(known.gain / 1e6, rel=1e-12)
+    shares = [0.013, -0.021, 0.004, 0.017, -0.009, -0.004]
+    rows = tuple(replace(row, mistuning=share) for row, share in zip(turning.state.numbers.blades, shares, strict=True))
+    turning.change(lambda state: state.changed("blades", rows))
+    assert turning.settle()
+    known = lobex.exact_limit(lobex.Rub(lobex.Blading(blade, 6, mistuning=shares)), turning.limit.speed)
+    assert drawn(turning)["gain"] == pytest.approx(known.gain / 1e6, rel=1e-12)
+    # Twice the mass is twice the limit, at frequencies that stay.
+    assert turning.slopes.table.limit is turning.limit
+    assert turning.slopes.table["mass[0]"] == pytest.approx(1.0, rel=1e-6)
+    # Angles that make no turn are said, and change nothing.
+    turning.change(lambda state: state.changed("blades", (replace(rows[0], spacing=61.0), *rows[1:])))
+    assert "spacing adds up to 361°" in html.unescape(turning._message.object)
+    assert turning.state.numbers.blades == rows
+
+
 def test_files_are_limited_and_their_names_lead_nowhere():
     with refused(f"give a file of up to {MOST_BYTES}"):
         read_model("a.toml", bytes(MOST_BYTES + 1), STARTS["turning"])
@@ -188,8 +221,6 @@ def test_files_are_limited_and_their_names_lead_nowhere():
 
 
 def test_a_worker_does_the_newest_of_each_kind_in_order():
-    import threading
-
     done, failed, begun, held = [], [], threading.Event(), threading.Event()
     worker = Worker(("first", "second"), failed.append, lambda busy: None)
 
@@ -240,6 +271,25 @@ def test_a_port_that_is_taken_is_refused():
         with refused("cannot be listened at"):
             free_port(taken.getsockname()[1])
     assert free_port(0) > 1023
+
+
+def test_a_notebook_is_changed_in_its_own_thread():
+    async def cell():
+        page = Explorer(replace(STARTS["turning"], view=replace(STARTS["turning"].view, speeds=SPEEDS)))
+        show, threads = page.figures.show, []
+        page.figures.show = lambda *shown: (threads.append(threading.current_thread()), show(*shown))
+        while page.limit is None:
+            await asyncio.sleep(0.02)
+        first = page.limit.gain
+        page.controls.sliders["radial"].value = 400.0
+        # Once a cell has waited, it sees what was found meanwhile.
+        assert page.settle()
+        page.close()
+        return first / page.limit.gain, threads
+
+    ratio, threads = asyncio.run(asyncio.wait_for(cell(), 300))
+    assert ratio == pytest.approx(2.0, rel=1e-12)
+    assert set(threads) == {threading.current_thread()}
 
 
 @pytest.mark.slow
@@ -327,7 +377,7 @@ def test_the_shell_refuses_what_it_cannot_show(shell):
     assert "process = 'lathe' is unknown" in shell.refuses("explore", "lathe")
     assert "port = 99999 is none" in shell.refuses("explore", "--port", "99999", "--no-show")
     assert "'tool.toml' is no file" in shell.refuses("explore", "turning", "--tool", "tool.toml")
-    assert "tool = 'tool.toml' is of turning or milling" in shell.refuses("explore", "--tool", "tool.toml")
+    assert "tool = 'tool.toml' is of turning or milling" in shell.refuses("explore", "blading", "--tool", "tool.toml")
     assert "drop one of the two" in shell.refuses("explore", "turning", "--tool", "a.toml", "--frf", "a.csv")
 
 

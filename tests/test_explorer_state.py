@@ -14,6 +14,8 @@ from lobex.explorer.script import script_of
 from lobex.explorer.started import state_of
 from lobex.explorer.state import (
     STARTS,
+    Blade,
+    BladingNumbers,
     Measured,
     MillingNumbers,
     Mode,
@@ -39,7 +41,12 @@ FULL = replace(
     point=Point(90.0, 1.1e-3),
     heard=545.1,
 )
-STATES = [*STARTS.values(), FULL]
+STAGE = replace(
+    STARTS["blading"],
+    numbers=BladingNumbers(0.0, tuple(Blade(m, s) for m, s in ((0.013, 80.0), (-0.021, 130.0), (0.0, 150.0)))),
+    point=Point(55.0, 2e4),
+)
+STATES = [*STARTS.values(), FULL, STAGE]
 
 
 @pytest.mark.parametrize("state", STATES, ids=lambda state: state.kind)
@@ -66,7 +73,7 @@ def test_links_hold_any_numbers(rows, radial, low, heard):
 @pytest.mark.parametrize(
     ("query", "words"),
     [
-        ("process=lathe", "process = 'lathe' is unknown; choose one of rub, turning, milling"),
+        ("process=lathe", "process = 'lathe' is unknown; choose one of rub, turning, milling, blading"),
         ("process=rub&radial=2e8", "the link says 'radial', which a rub does not have"),
         ("process=turning&radial=two", "radial = 'two' is no number"),
         ("process=turning&radial=nan", "radial = nan has NaN or infinite values"),
@@ -85,6 +92,12 @@ def test_links_hold_any_numbers(rows, radial, low, heard):
         ("deviation.__class__()=1", "'deviation.__class__()' names no number"),
         ("deviation.mass=-1", "deviation of mass = -1 must be positive"),
         ("process=milling&radial_immersion=50", "radial_immersion = 50; give a share above 0 and up to 1"),
+        ("process=blading&blades=0.1,60,3", "blades = '0.1,60,3' is not 2 numbers with commas between"),
+        ("process=blading&blades=-1.5,360", "blades, row 1: mistuning = -150 % is 100 % or more"),
+        ("process=blading&blades=0,0", "blades, row 1: spacing = 0 must be positive"),
+        ("process=blading&blades=" + ";".join(["0,7.2"] * 50), "blades has 50 rows; give 1 to 48"),
+        ("process=blading&blades=0,100;0,200", "blades: spacing adds up to 300°; give angles that make 360°"),
+        ("process=blading&coupling=-3", "coupling = -3 must not be negative"),
         ("process=milling&direction=__import__('os')", "direction = \"__import__('os')\" is unknown"),
         ("a", "the link holds no list of names and values"),
         ("a=" + 20_000 * "1", "the link has 20002 characters"),
@@ -117,7 +130,17 @@ def test_what_is_zero_is_left_out():
     assert dict(recipe_of(FULL).numbers)["helix_degrees"] == 30.0
 
 
-@pytest.mark.parametrize("state", [STARTS["turning"], FULL], ids=lambda state: state.kind)
+def test_a_stage_is_that_of_the_same_call():
+    stage = process_of(STAGE).modes
+    assert (stage.count, stage.coupling) == (3, None)
+    assert stage.mistuning.tolist() == [0.013, -0.021, 0.0]
+    assert stage.spacing.tolist() == [80.0, 130.0, 150.0]
+    start = process_of(STARTS["blading"]).modes
+    assert (start.count, start.mistuning, start.spacing) == (6, None, None)
+    assert float(start.coupling) == 60.0
+
+
+@pytest.mark.parametrize("state", [STARTS["turning"], FULL, STAGE, STARTS["blading"]], ids=lambda state: state.kind)
 def test_a_process_becomes_a_state_with_the_same_process(state):
     process = process_of(state)
     again = state_of(process, (state.view.speed_low, state.view.speed_high), (0.0, state.view.gain_high))
@@ -130,6 +153,12 @@ def test_processes_without_numbers_on_a_page_are_refused():
     apart = replace(process_of(STARTS["turning"]).modes, force_shape=np.array([[0.3]]))
     with refused("modes has shapes of force apart, or complex ones"):
         state_of(lobex.Turning(apart, radial=2e8))
+    ring = lobex.Ring(nodal_diameter=[2], frequency=[350.0], damping_ratio=0.02, mass=1.5)
+    blade = process_of(STARTS["blading"]).modes.blade
+    with refused("casing of Rub is given, which a page has no numbers for"):
+        state_of(lobex.Rub(blade, casing=ring))
+    with refused("numbers for each mode of a blade"):
+        state_of(lobex.Rub(lobex.Blading(blade, 3, mistuning=np.full((3, 1), 0.01))))
     with refused("process = 3 is not explored"):
         state_of(3)
     mill = lobex.Milling(PLANE_MODES, teeth=2, tangential=6e8, normal=2e8, angles_degrees=[0, 90])

@@ -8,6 +8,8 @@ from urllib.parse import parse_qsl, urlencode
 
 from lobex.explorer.state import (
     STARTS,
+    Blade,
+    BladingNumbers,
     Measured,
     MillingNumbers,
     Mode,
@@ -21,9 +23,9 @@ from lobex.explorer.state import (
     View,
 )
 
-_NUMBERS = {kind.name: kind for kind in (RubNumbers, TurningNumbers, MillingNumbers)}
+_NUMBERS = {kind.name: kind for kind in (RubNumbers, TurningNumbers, MillingNumbers, BladingNumbers)}
 _STRUCTURES = {kind.name: kind for kind in (Rod, Table, Measured)}
-_ROWS = {"modes": Mode, "teeth": Tooth}
+_ROWS = {"modes": Mode, "teeth": Tooth, "blades": Blade}
 _DEVIATION = "deviation."
 _LONGEST = 16_384
 _NAME = re.compile(r"[A-Za-z_][\w.]*(\[\d+\])?")

@@ -7,6 +7,7 @@ from typing import Any
 _INDENT, _WIDE = "    ", 112
 # What a model is made of; nothing else is called, whatever a file or a link says.
 _ALLOWED = (
+    "Blading",
     "Cutter.end_mill",
     "CuttingForce",
     "Milling",

@@ -10,9 +10,12 @@ import panel as pn
 
 from lobex.explorer.state import (
     DIRECTIONS,
+    MOST_BLADES,
     MOST_ELEMENTS,
     MOST_SPEEDS,
     MOST_TEETH,
+    Blade,
+    BladingNumbers,
     Knob,
     Measured,
     MillingNumbers,
@@ -33,6 +36,7 @@ _STEPS = 500
 # Columns of tables, with the size of the unit that they are shown in.
 _OF_MODES = {"frequency": ("f (Hz)", 1.0), "damping_ratio": ("ξ (%)", 1e-2), "mass": ("m (kg)", 1.0)}
 _OF_AXES = {axis: (axis, 1.0) for axis in ("x", "y", "z")}
+_OF_BLADES = {"mistuning": ("mistuning (%)", 1e-2), "spacing": ("spacing (°)", 1.0)}
 _OF_TEETH = {"pitch": ("pitch (°)", 1.0), "helix": ("helix (°)", 1.0), "runout": ("runout (µm)", 1e-6)}
 _STRUCTURES = {"thesis' rod": Rod, "modal table": Table}
 
@@ -74,7 +78,7 @@ class Controls:
     Attributes:
         column: all of them.
         sliders: by the name of the number.
-        modes, teeth: the tables; None where there is none.
+        modes, teeth, blades: the tables; None where there is none.
     """
 
     def __init__(
@@ -84,10 +88,13 @@ class Controls:
         self.sliders: dict[str, Any] = {}
         self.modes: Any = None
         self.teeth: Any = None
+        self.blades: Any = None
         self._of_mode = pn.Column(margin=0)
         cards = [self._structure(state)]
         if isinstance(state.numbers, MillingNumbers):
             cards += [self._cutter(state.numbers), *self._cut(state.numbers)]
+        elif isinstance(state.numbers, BladingNumbers):
+            cards.append(self._stage(state.numbers))
         elif knobs_of(state.numbers):
             cards.append(_card("Cut", self._sliders(state.numbers)))
         self.column = pn.Column(*cards, self._view(state), width=WIDE + 20, margin=0)
@@ -129,7 +136,8 @@ class Controls:
             parts += [*self._sliders(structure), count]
         else:
             parts += self._table_of_modes(structure, state.numbers)
-        return _card("Blade" if isinstance(state.numbers, RubNumbers) else "Modes", parts)
+        names_blade = isinstance(state.numbers, RubNumbers | BladingNumbers)
+        return _card("Blade" if names_blade else "Modes", parts)
 
     def _table_of_modes(self, structure: Table, numbers: Any) -> list[Any]:
         axes = 0
@@ -177,6 +185,23 @@ class Controls:
         more = _button("add a mode", lambda: resize(lambda modes: (*modes, modes[-1])))
         fewer = _button("remove the last", lambda: resize(lambda modes: modes[:-1] if len(modes) > 1 else modes))
         return [self.modes, pn.Row(more, fewer, margin=0), number, self._of_mode]
+
+    def _stage(self, numbers: BladingNumbers) -> Any:
+        def set_blades(blades: tuple[Blade, ...]) -> None:
+            self._change(lambda state: state.changed("blades", blades))
+
+        def spread(count: int) -> None:
+            blades = (Blade(spacing=360 / count),) * count
+            self.blades.value = _frame(blades, _OF_BLADES)
+            set_blades(blades)
+
+        self.blades = _table(
+            numbers.blades,
+            _OF_BLADES,
+            lambda: set_blades(tuple(Blade(**row) for row in _read(self.blades.value, _OF_BLADES))),
+        )
+        count = _whole("blades, alike and evenly spaced", len(numbers.blades), 1, MOST_BLADES, spread, 220)
+        return _card("Stage", [count, self.blades, *self._sliders(numbers)])
 
     def _cutter(self, numbers: MillingNumbers) -> Any:
         def set_teeth(teeth: tuple[Tooth, ...]) -> None:
@@ -261,8 +286,8 @@ def _button(name: str, clicked: Callable[[], None]) -> Any:
     return made
 
 
-def _whole(name: str, value: int, low: int, high: int, moved: Callable[[int], None]) -> Any:
-    made = pn.widgets.IntInput(label=name, value=value, start=low, end=high, width=150, margin=(2, 8, 6, 8))
+def _whole(name: str, value: int, low: int, high: int, moved: Callable[[int], None], width: int = 150) -> Any:
+    made = pn.widgets.IntInput(label=name, value=value, start=low, end=high, width=width, margin=(2, 8, 6, 8))
     made.param.watch(lambda event: moved(int(event.new)), "value")
     return made
 

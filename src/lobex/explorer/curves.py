@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from lobex.explorer.recipes import Recipe, process_of, recipe_of
-from lobex.explorer.state import Mode, RubNumbers, State, TurningNumbers, View
+from lobex.explorer.state import BladingNumbers, Mode, RubNumbers, State, TurningNumbers, View
 from lobex.grids.choice import AUTO, operator_of
 from lobex.limits.critical import critical_gain
 from lobex.limits.exact_limit import exact_limit
@@ -25,7 +25,16 @@ _FARTHEST = 1.5
 def in_closed_form(state: State) -> bool:
     """Whether the limit of a state has a closed form."""
     numbers = state.numbers
+    if isinstance(numbers, BladingNumbers):
+        return not numbers.coupling or (numbers.tuned and numbers.even)
     return isinstance(numbers, RubNumbers) or (isinstance(numbers, TurningNumbers) and not numbers.damping_coefficient)
+
+
+def slopes_in_closed_form(state: State) -> bool:
+    """Whether those of its limit are, too: blades that differ have them by the operator."""
+    numbers = state.numbers
+    alike = not isinstance(numbers, BladingNumbers) or (numbers.tuned and numbers.even)
+    return alike and in_closed_form(state)
 
 
 def speeds_of(view: View) -> Float[np.ndarray, " n"]:
@@ -68,7 +77,7 @@ class Slopes:
 def slopes_of(state: State, limit: Limit) -> Slopes:
     """Those of a limit that was found of a state; not of a measured structure, whose samples are no numbers."""
     recipe = recipe_of(state)
-    method = None if in_closed_form(state) else operator_of(AUTO)
+    method = None if slopes_in_closed_form(state) else operator_of(AUTO)
     # Calls that are alike are equal, so that JAX compiles for the first of them alone.
     return Slopes(recipe, at_limit(limit, recipe.call, recipe.arrays, method))
 

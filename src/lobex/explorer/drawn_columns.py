@@ -1,51 +1,73 @@
 """What is drawn of a limit, as columns of numbers in the units of the axes."""
 
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from lobex.explorer.curves import Predicted
 from lobex.plots.frame import speed_axis
+from lobex.plots.limit_picture import groups
 from lobex.processes.quantity import Quantity
 from lobex.results.band import Band
-from lobex.results.codes import Kind
 from lobex.results.limit import Limit
 from lobex.results.sensitivities import Sensitivities
 
-KINDS = (Kind.HOPF, Kind.FLIP, Kind.FOLD)
 DEVIATIONS = 2.0
 """Of a band, on either side."""
 _MOST_BARS = 12
+# Of numbers that are not of a mode.
+_ROWS: dict[str, str] = dict.fromkeys(("pitch_degrees", "helix_degrees", "runout"), "tooth")
+_ROWS |= dict.fromkeys(("mistuning", "spacing"), "blade")
 # Of the axis, what is next to its lower end.
 _NEXT = 0.06
 
 Columns = dict[str, np.ndarray]
 
 
+class Series(NamedTuple):
+    """Limits that are drawn alike: their name, colour, and columns."""
+
+    name: str
+    colour: str
+    columns: Columns
+
+
 def limit_columns(limit: Limit, band: Band | None = None) -> Columns:
-    """Speed, gain and chatter frequency, the same by kind (NaN of other kinds), codes, and edges of a band."""
+    """Speed, gain and chatter frequency, codes, and edges of a band."""
     scale, size = speed_axis(limit.speed_unit)[0], limit.quantity.scale
     order = np.argsort(limit.speed)
     gain, frequency = np.asarray(limit.gain)[order] / size, np.asarray(limit.chatter_frequency)[order]
-    kinds, lobe = np.asarray(limit.kind_code)[order], limit.lobe[order]
     columns = {
         "speed": limit.speed[order] * scale,
         "gain": gain,
         "frequency": frequency,
-        "kind": kinds.astype(np.int32),
+        "kind": np.asarray(limit.kind_code)[order].astype(np.int32),
         "status": np.asarray(limit.status_code)[order].astype(np.int32),
-        "lobe": lobe.astype(np.int32),
+        "lobe": limit.lobe[order].astype(np.int32),
     }
-    for kind in KINDS:
-        here = kinds == kind
-        # A line goes on to where the next kind begins.
-        reached = here | np.r_[False, here[:-1]]
-        columns[kind.words] = np.where(reached, gain, np.nan)
-        columns[f"frequency_{kind.words}"] = np.where(here, frequency, np.nan)
     if band is not None:
         columns["low"], columns["high"] = (edge[order] / size for edge in band.interval(DEVIATIONS))
     return columns
+
+
+def series_of(limit: Limit) -> list[Series]:
+    """By kind, or where there is one kind, by the modes or the waves around the disc that chatter, as in pictures."""
+    scale, size = speed_axis(limit.speed_unit)[0], limit.quantity.scale
+    order = np.argsort(limit.speed)
+    speed, gain = limit.speed[order] * scale, np.asarray(limit.gain)[order] / size
+    frequency = np.asarray(limit.chatter_frequency)[order]
+    found = []
+    for here, style, name in groups(limit, order):
+        # A line goes on to where the next begins.
+        reached = here | np.r_[False, here[:-1]]
+        columns = {
+            "speed": speed,
+            "gain": np.where(reached, gain, np.nan),
+            "frequency": np.where(here, frequency, np.nan),
+        }
+        found.append(Series(name, style["color"], columns))
+    return found
 
 
 def predicted_columns(found: Predicted | Limit, speed_unit: str, quantity: Quantity) -> Columns:
@@ -133,10 +155,10 @@ def bar_columns(table: Sensitivities, speed: float | None) -> tuple[dict[str, An
 
 
 def in_words(name: str) -> str:
-    """ "frequency[0]" as "frequency, mode 1"; of numbers of a tooth, "tooth 1"."""
+    """ "frequency[0]" as "frequency, mode 1"; of numbers of a tooth or a blade, "tooth 1"."""
     stem, _, index = name.partition("[")
     if not index:
         return stem.replace("_", " ")
-    whose = "tooth" if stem in ("pitch_degrees", "helix_degrees", "runout") else "mode"
+    whose = _ROWS.get(stem, "mode")
     words = stem.removesuffix("_degrees").replace("_", " ")
     return f"{words}, {whose} {int(index.rstrip(']')) + 1}"

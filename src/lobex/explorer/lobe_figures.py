@@ -4,32 +4,35 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from bokeh.core.properties import value
 from bokeh.models import ColumnDataSource, CrosshairTool, CustomJS, Div, Legend, LegendItem, Range1d, Span
 from bokeh.plotting import figure
 from matplotlib.colors import to_hex
 
 from lobex.explorer.drawn_columns import (
     DEVIATIONS,
-    KINDS,
     Columns,
     band_columns,
     limit_columns,
     lobe_columns,
+    series_of,
     stable_columns,
 )
 from lobex.explorer.tried_cuts import Cuts
 from lobex.plots.advice_pictures import OUTCOMES
 from lobex.plots.frame import speed_axis
-from lobex.plots.limit_picture import BAND, COLOUR, NAME, STABLE
+from lobex.plots.limit_picture import BAND, COLOUR, LABELLED, NAME, STABLE
 from lobex.processes.quantity import Quantity
 from lobex.results.band import Band
-from lobex.results.codes import Status
+from lobex.results.codes import Kind, Status
 from lobex.results.limit import Limit
 
 GREY, RED, GREEN, PURPLE = "#555555", "#c8102e", "#0b7a75", "#7a4b94"
 IDLE = "Move over the diagram to read it; click to march the motion there."
 _MARKER = {"o": "circle", "X": "x", "d": "diamond"}
 _TOOLS = "pan,box_zoom,wheel_zoom,reset"
+# Of limits that are drawn alike, by their colour: one that changes is sent back in a form that notebooks do not take.
+_SERIES = {colour: f"series {number}" for number, colour in enumerate(dict.fromkeys((*COLOUR.values(), *LABELLED)))}
 _LINE: Columns = {"speed": np.zeros(0), "gain": np.zeros(0)}
 # In the browser: what is under the cursor, between the speeds computed.
 _READ = """
@@ -46,6 +49,8 @@ let text = `<b>${digits(x)} ${speed_unit}</b>, ${symbol} = <b>${digits(Math.max(
 if (isFinite(limit)) {
   text += `${y > limit ? "above" : "below"} the limit of <b>${digits(limit)} ${unit}</b>, ${kinds[s.kind[near]]}`;
   text += `, chatter at <b>${digits(s.frequency[near])} Hz</b>, lobe ${s.lobe[near]}`;
+  const named = series.find((one) => one.visible && isFinite(one.data_source.data.frequency[near]));
+  if (named && named.name && !kinds.some((kind) => kind && named.name.startsWith(kind))) text += `, ${named.name}`;
 } else text += statuses[s.status[near]];
 div.text = text;
 """
@@ -58,9 +63,10 @@ class LobeFigures:
     Attributes:
         gain, frequency: the two figures.
         readout: a line on what is under the cursor.
-        sources: by name: "limit", "ahead" (what is predicted), "stable", "lobes", "band", "point", "next", and one of
-            cuts for each outcome.
+        sources: by name: "limit", "ahead" (what is predicted), "stable", "lobes", "band", "point", "next", one of
+            cuts for each outcome, and "series 0" and on for limits that are drawn alike.
         keys: entries of the legend, by name.
+        below: what is drawn of each series in the lower figure.
     """
 
     gain: Any
@@ -68,13 +74,18 @@ class LobeFigures:
     readout: Div
     sources: dict[str, Any]
     keys: dict[str, LegendItem]
+    below: dict[str, Any]
 
     def show(self, limit: Limit, band: Band | None = None) -> None:
         """Draw a limit, and take away what was predicted of it."""
-        columns = limit_columns(limit)
-        self.sources["limit"].data = columns
-        for kind in KINDS:
-            self._draw(kind.words, bool(np.any(columns["kind"] == kind)))
+        self.sources["limit"].data = limit_columns(limit)
+        drawn = {_SERIES[series.colour]: series for series in series_of(limit)}
+        for key in _SERIES.values():
+            if key in drawn:
+                self.sources[key].data = drawn[key].columns
+                self._name(key, drawn[key].name)
+            if key in drawn or self.keys[key].visible:
+                self._draw(key, key in drawn)
         self.sources["stable"].data = stable_columns(limit)
         self.sources["lobes"].data = lobe_columns(limit, self.gain.y_range.end)
         self.show_ahead(None)
@@ -83,8 +94,17 @@ class LobeFigures:
     def _draw(self, name: str, there: bool) -> None:
         """Whether something is drawn, and told of in the legend."""
         self.keys[name].visible = there
-        for one in self.keys[name].renderers:
+        for one in self._renderers(name):
             one.visible = there
+
+    def _renderers(self, name: str) -> list[Any]:
+        return [*self.keys[name].renderers, *([self.below[name]] if name in self.below else [])]
+
+    def _name(self, key: str, name: str) -> None:
+        """What a series is called, in the legend and to the cursor."""
+        self.keys[key].label = value(name)
+        for one in self._renderers(key):
+            one.name = name
 
     def show_ahead(self, columns: Columns | None) -> None:
         """Draw what a limit is thought to be while it is sought; None takes it away."""
@@ -150,11 +170,15 @@ def lobe_figures(speed_unit: str, quantity: Quantity) -> LobeFigures:
         y_axis_label="chatter frequency (Hz)",
         **shared,
     )
-    keys = _draw_limit(upper, lower, sources) | _draw_marks(upper, sources)
+    keys = _draw_limit(upper, sources) | _draw_marks(upper, sources)
+    below = {
+        name: lower.scatter("speed", "frequency", source=sources[name], size=3.2, color=colour)
+        for colour, name in _SERIES.items()
+    }
     for name, key in keys.items():
         if name != "stable":
             key.visible = False
-            for one in key.renderers:
+            for one in [*key.renderers, *([below[name]] if name in below else [])]:
                 one.visible = False
     spans: Any = [Span(dimension=way, line_color=GREY, line_width=0.6) for way in ("width", "height")]
     for one in (upper, lower):
@@ -170,11 +194,12 @@ def lobe_figures(speed_unit: str, quantity: Quantity) -> LobeFigures:
         "speed_unit": speed_unit,
         "unit": quantity.display_unit,
         "symbol": symbol_of(quantity),
-        "kinds": ["", *(NAME[kind].partition(" (")[0] for kind in KINDS)],
+        "kinds": ["", *(NAME[kind].partition(" (")[0] for kind in (Kind.HOPF, Kind.FLIP, Kind.FOLD))],
+        "series": [keys[name].renderers[0] for name in _SERIES.values()],
         "statuses": [status.words for status in Status],
     }
     upper.js_on_event("mousemove", CustomJS(args=told, code=_READ))
-    return LobeFigures(upper, lower, readout, sources, keys)
+    return LobeFigures(upper, lower, readout, sources, keys, below)
 
 
 def plain(one: Any) -> None:
@@ -197,7 +222,7 @@ def legend_of(keys: list[LegendItem]) -> Legend:
         items=keys,
         orientation="horizontal",
         location="center",
-        ncols=5,
+        ncols=4,
         border_line_color=None,
         background_fill_alpha=0.0,
         label_text_font_size="9pt",
@@ -211,7 +236,6 @@ def legend_of(keys: list[LegendItem]) -> Legend:
 
 def _sources() -> dict[str, Any]:
     names = ["frequency", "kind", "status", "lobe"]
-    names += [kind.words for kind in KINDS] + [f"frequency_{kind.words}" for kind in KINDS]
     empty: dict[str, Any] = {
         "limit": _LINE | {name: np.zeros(0) for name in names},
         "ahead": _LINE,
@@ -220,24 +244,24 @@ def _sources() -> dict[str, Any]:
         "band": {"xs": [], "ys": []},
         "point": _LINE,
         "next": {"speed": np.zeros(0)},
+        **{name: _LINE | {"frequency": np.zeros(0)} for name in _SERIES.values()},
         **{outcome.name: _LINE for outcome in OUTCOMES},
     }
     return {name: ColumnDataSource(dict(columns), name=f"source of {name}") for name, columns in empty.items()}
 
 
-def _draw_limit(upper: Any, lower: Any, sources: dict[str, Any]) -> dict[str, LegendItem]:
+def _draw_limit(upper: Any, sources: dict[str, Any]) -> dict[str, LegendItem]:
     limit, keys = sources["limit"], {}
     stable = upper.patches("xs", "ys", source=sources["stable"], fill_color=STABLE, line_color=None)
     keys["stable"] = LegendItem(label="stable", renderers=[stable])
     band = upper.patches("xs", "ys", source=sources["band"], fill_color=BAND, fill_alpha=0.6, line_color=None)
     keys["band"] = LegendItem(label=f"± {DEVIATIONS:g} standard deviations", renderers=[band])
     upper.line("speed", "gain", source=limit, color=GREY, line_width=0.8)
-    for kind in KINDS:
-        line = upper.line("speed", kind.words, source=limit, color=COLOUR[kind], line_width=2.2)
-        # A single speed of a kind makes no line.
-        upper.scatter("speed", kind.words, source=limit, color=COLOUR[kind], size=1.6)
-        lower.scatter("speed", f"frequency_{kind.words}", source=limit, color=COLOUR[kind], size=3.2)
-        keys[kind.words] = LegendItem(label=NAME[kind], renderers=[line])
+    for colour, name in _SERIES.items():
+        line = upper.line("speed", "gain", source=sources[name], color=colour, line_width=2.2)
+        # A single speed makes no line.
+        dots = upper.scatter("speed", "gain", source=sources[name], color=colour, size=1.6)
+        keys[name] = LegendItem(label=name, renderers=[line, dots])
     ahead = upper.line("speed", "gain", source=sources["ahead"], color=PURPLE, line_dash="dashed", line_width=1.8)
     keys["ahead"] = LegendItem(label="predicted", renderers=[ahead])
     text = {"text_align": "center", "text_baseline": "middle", "text_font_size": "9pt", "text_color": GREY}

@@ -15,7 +15,8 @@ def explore(process: Any = "rub", speed: Any = None, gain: Any = None) -> "Explo
     the same as a page.
 
     Args:
-        process: ``Rub``, ``Turning`` or ``Milling``; or "rub", "turning" or "milling", the thesis' models.
+        process: ``Rub``, of a ``Blading``, too, ``Turning`` or ``Milling``; or "rub", "turning", "milling" or
+            "blading", the models that a page begins with.
         speed: lowest and highest speed, Hz, that are drawn; by default around the lobes of the most flexible mode.
         gain: lowest and highest gain.
 
@@ -46,5 +47,6 @@ def explore(process: Any = "rub", speed: Any = None, gain: Any = None) -> "Explo
             state = STARTS[process]
     else:
         state = state_of(process, speed, gain)
-    pn.extension("tabulator")
+    # What a notebook shows comes from this machine, too.
+    pn.extension("tabulator", inline=True)
     return Explorer(state)

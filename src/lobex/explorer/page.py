@@ -1,6 +1,8 @@
 """The page: widgets change the state, a thread computes what follows from it, and figures are handed the columns."""
 
+import asyncio
 import warnings
+from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from threading import Timer
@@ -32,8 +34,13 @@ _KINDS = ("limit", "point", "advice", "slopes", "address", "warm")
 # tenths of a second is not announced.
 _AFTER = {"slopes": 0.25, "address": 0.3, "warm": 1.0}
 _ANNOUNCED = 0.3
-_QUANTITIES = {"rub": CONTACT_STIFFNESS, "turning": DEPTH_OF_CUT, "milling": DEPTH_OF_CUT}
-_SPEED_UNITS = {"rub": "Hz", "turning": "rpm", "milling": "rpm"}
+_QUANTITIES = {
+    "rub": CONTACT_STIFFNESS,
+    "turning": DEPTH_OF_CUT,
+    "milling": DEPTH_OF_CUT,
+    "blading": CONTACT_STIFFNESS,
+}
+_SPEED_UNITS = {"rub": "Hz", "turning": "rpm", "milling": "rpm", "blading": "Hz"}
 _READY, _BUSY = "ready", "computing …"
 _SIZES = "a new size: programs are compiled …"
 
@@ -62,6 +69,8 @@ class Explorer(pn.viewable.Viewer):
         self._doubting = False
         document = pn.state.curdoc
         self._document: Any = document if document is not None and document.session_context is not None else None
+        self._waiting: deque[Callable[[], None]] = deque()
+        self._loop = _running_loop() if self._document is None else None
         self._busy_words = _BUSY
         self._location: Any = pn.state.location if self._document is not None else None
         self.worker = Worker(_KINDS, self._failed, self._tell_busy)
@@ -69,7 +78,7 @@ class Explorer(pn.viewable.Viewer):
         self._words = _READY
         self._status = pn.pane.HTML(_READY, width=300, margin=(8, 8), name="status")
         self._message = pn.pane.HTML("", sizing_mode="stretch_width", margin=(0, 8), name="message")
-        kinds = pn.widgets.RadioButtonGroup(options=list(STARTS), value=state.kind, margin=(4, 8), width=260)
+        kinds = pn.widgets.RadioButtonGroup(options=list(STARTS), value=state.kind, margin=(4, 8), width=340)
         kinds.param.watch(lambda event: self._switch(event.new), "value")
         self._kinds = kinds
         self._body = pn.Row(margin=0, sizing_mode="stretch_width")
@@ -126,7 +135,11 @@ class Explorer(pn.viewable.Viewer):
 
     def settle(self, timeout: float = 600.0) -> bool:
         """Wait until nothing is computed any more; whether that is so."""
-        return self.worker.settle(timeout)
+        settled = self.worker.settle(timeout)
+        if self._waiting:
+            # A cell that waits keeps the notebook from it.
+            self._show_waiting()
+        return settled
 
     def close(self) -> None:
         """End the thread."""
@@ -343,9 +356,11 @@ class Explorer(pn.viewable.Viewer):
     def _post(self, show: Callable[[], None]) -> None:
         """Change the page from the thread that computes."""
         if self._document is None:
-            show()
-            # A notebook does not hear of what changes in a figure by itself.
-            pn.io.push_notebook(*self.panes, *self.sheets.panes)
+            self._waiting.append(show)
+            if self._loop is None:
+                self._show_waiting()
+            else:
+                self._loop.call_soon_threadsafe(self._show_waiting)
             return
 
         def at_once() -> None:
@@ -357,6 +372,13 @@ class Explorer(pn.viewable.Viewer):
                 self._document.unhold()
 
         self._document.add_next_tick_callback(at_once)
+
+    def _show_waiting(self) -> None:
+        """In a notebook: make the changes that wait, in its own thread, since messages of two would mix."""
+        while self._waiting:
+            self._waiting.popleft()()
+        # A notebook does not hear of what changes in a figure by itself.
+        pn.io.push_notebook(*self.panes, *self.sheets.panes)
 
     def _failed(self, error: Exception) -> None:
         text = str(error) if isinstance(error, ValueError) else f"{type(error).__name__}: {error}"
@@ -377,6 +399,14 @@ class Explorer(pn.viewable.Viewer):
         self._words = words
         colour = "#3b7a3b" if words == _READY else "#8a5a00"
         self._status.object = f'<span style="color:{colour}">● {words}</span>'
+
+
+def _running_loop() -> asyncio.AbstractEventLoop | None:
+    """That of a notebook, which runs while its cells do."""
+    try:
+        return asyncio.get_running_loop()
+    except RuntimeError:
+        return None
 
 
 def _model(state: State) -> tuple[Any, ...]:

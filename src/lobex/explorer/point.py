@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from lobex.explorer.recipes import process_of
-from lobex.explorer.state import Measured, State
+from lobex.explorer.state import BladingNumbers, Measured, State
 from lobex.marches.delay import fewest_steps, march_delay
 from lobex.motions.forced_motion import orbit
 from lobex.results.march import March
@@ -27,7 +27,8 @@ class AtPoint:
     Attributes:
         speed, gain: of it, Hz and N/m or m.
         radius: max|μ|.
-        deflection: that it starts from, m.
+        deflection: that it starts from, m, of each contact, (r,): of blades the first alone, so that all waves around
+            the disc are in it.
         march: the motion.
         orbit: the periodic motion of a forced stable point; None of others.
     """
@@ -35,7 +36,7 @@ class AtPoint:
     speed: float
     gain: float
     radius: float
-    deflection: float
+    deflection: tuple[float, ...]
     march: March
     orbit: Orbit | None
 
@@ -78,10 +79,12 @@ def at_point(state: State) -> AtPoint:
     steps = max(_LEAST, 1 << int(np.ceil(np.log2(needed))))
     periods = min(state.periods, _MOST_SAMPLES // steps)
     forced = bool(process.system(point.speed, point.gain).forcing)
-    deflection = 0.0 if forced else _DEFLECTION
+    directions = process.modes.directions
+    alike = not isinstance(state.numbers, BladingNumbers)
+    deflection = tuple(0.0 if forced or (i and not alike) else _DEFLECTION for i in range(directions))
 
     def history(time: np.ndarray) -> np.ndarray:
-        return np.full((*time.shape, process.modes.directions), deflection)
+        return np.zeros((*time.shape, 1)) + np.array(deflection)
 
     march = march_delay(process, point.speed, point.gain, history, periods, steps)
     radius = float(spectral_radius(process, point.speed, point.gain))

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from bokeh.core.properties import value
 from bokeh.models import ColumnDataSource, FactorRange, LegendItem, Range1d, Span
 from bokeh.plotting import figure
 from jaxtyping import Float
@@ -36,19 +37,23 @@ class PointFigures:
     keys: list[LegendItem]
 
     def show(self, there: AtPoint) -> None:
-        """Draw what was found."""
-        march, directions = there.march, there.march.displacement.shape[-1]
-        for key in self.keys:
+        """Draw what was found; of many blades those that move most."""
+        march, shown = there.march, loudest(there.march.displacement)
+        directions = march.displacement.shape[-1]
+        for number, key in enumerate(self.keys):
+            place = number % len(_AXES)
             # A single direction needs no name.
-            label: Any = key.label
-            key.visible = 1 < directions > _AXES.index(str(label.value))
-        time, moved = thinned(march.time * 1e3, march.displacement * _MICRO)
+            key.visible = directions > 1 and place < len(shown)
+            if key.visible:
+                key.label = value(_AXES[place] if directions <= len(_AXES) else f"blade {shown[place] + 1}")
+        time, moved = thinned(march.time * 1e3, march.displacement[:, shown] * _MICRO)
         self.sources["motion"].data = _by_axis("time", time, moved)
         frequency, size = there.spectrum()
+        size = size[:, shown]
         peak = frequency[np.argmax(np.max(size, axis=1))] if len(size) else 0.0
         seen = frequency <= max(_REACH * peak, frequency[-1] / 50)
         self.sources["spectrum"].data = _by_axis("frequency", frequency[seen], size[seen] * _MICRO)
-        samples = there.samples() * _MICRO
+        samples = there.samples()[:, shown] * _MICRO
         self.sources["samples"].data = _by_axis("period", np.arange(len(samples)).astype(float), samples)
 
 
@@ -138,6 +143,13 @@ def bars(quantity: Quantity) -> Bars:
     plain(one)
     one.ygrid.grid_line_color = None
     return Bars(one, source)
+
+
+def loudest(moved: Float[np.ndarray, "n r"]) -> list[int]:
+    """All of up to three contacts, and of more those three that move most, in their order."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        size = np.sum(np.nan_to_num(moved) ** 2, axis=0)
+    return sorted(np.argsort(-size, kind="stable")[: len(_AXES)].tolist())
 
 
 def thinned(

@@ -6,7 +6,17 @@ from typing import Any
 import numpy as np
 
 from lobex.explorer.calls import Call, Given, call
-from lobex.explorer.state import Measured, MillingNumbers, Mode, Rod, RubNumbers, State, Table, TurningNumbers
+from lobex.explorer.state import (
+    BladingNumbers,
+    Measured,
+    MillingNumbers,
+    Mode,
+    Rod,
+    RubNumbers,
+    State,
+    Table,
+    TurningNumbers,
+)
 
 MEASURED = "frf"
 """The name under which a measured response is given."""
@@ -63,6 +73,8 @@ def recipe_of(state: State) -> Recipe:
     numbers = state.numbers
     if isinstance(numbers, RubNumbers):
         made = call("Rub", modes=modes)
+    elif isinstance(numbers, BladingNumbers):
+        made = call("Rub", modes=_blading(modes, numbers, given))
     elif isinstance(numbers, TurningNumbers):
         made = _turning(modes, numbers, given)
     else:
@@ -92,6 +104,18 @@ def _structure(structure: Rod | Table | Measured, given: _Numbers) -> Call | Giv
     if len(axes) > 1:
         direction = tuple(tuple(getattr(mode, axis) for axis in axes) for mode in structure.modes)
     return call("Modes.from_table", **table, direction=direction)
+
+
+def _blading(modes: Any, numbers: BladingNumbers, given: _Numbers) -> Call:
+    mistuning, spacing = (tuple(getattr(blade, name) for blade in numbers.blades) for name in ("mistuning", "spacing"))
+    return call(
+        "Blading",
+        blade=modes,
+        count=len(numbers.blades),
+        mistuning=given("mistuning", mistuning) if any(mistuning) else None,
+        spacing=None if numbers.even else given("spacing", spacing),
+        coupling=given.where("coupling", numbers.coupling),
+    )
 
 
 def _turning(modes: Any, numbers: TurningNumbers, given: _Numbers) -> Call:

@@ -2,12 +2,12 @@
 
 from lobex.explorer.addresses import query_of
 from lobex.explorer.calls import in_python
-from lobex.explorer.curves import in_closed_form
+from lobex.explorer.curves import in_closed_form, slopes_in_closed_form
 from lobex.explorer.point import AtPoint
 from lobex.explorer.recipes import MEASURED, recipe_of
 from lobex.explorer.state import Measured, State
 
-_DEFLECTED = "lambda time: np.full((*time.shape, process.modes.directions), {value!r})"
+_DEFLECTED = "lambda time: np.zeros((*time.shape, 1)) + np.array({value})"
 
 
 def script_of(state: State, there: AtPoint | None = None) -> str:
@@ -55,20 +55,21 @@ def _measurement(structure: Measured) -> str:
 
 
 def _limit(state: State) -> str:
-    view, bounds = state.view, ""
+    view = state.view
+    bounds = f", bounds=({view.gain_low!r}, {view.gain_high!r}), scan={view.scan}"
     lines = [f"speed = np.linspace({view.speed_low!r}, {view.speed_high!r}, {view.speeds})  # Hz"]
     if in_closed_form(state):
         found = "lobex.exact_limit(process, speed)"
     else:
-        bounds = f", bounds=({view.gain_low!r}, {view.gain_high!r}), scan={view.scan}"
         found = f"lobex.critical_gain(process, speed{bounds})"
     lines += [f"limit = {found}", "print(limit)"]
     picture = "limit"
     known = dict(recipe_of(state).numbers)
     deviation = ", ".join(f'"{name}": {value!r}' for name, value in state.deviation if name in known)
     if deviation:
+        searched = "" if slopes_in_closed_form(state) else bounds
         lines += [
-            f"table = lobex.sensitivities(process_of, speed{bounds}, at=numbers)",
+            f"table = lobex.sensitivities(process_of, speed{searched}, at=numbers)",
             "print(table)",
             f"band = table.band({{{deviation}}})",
             "print(band)",
@@ -82,7 +83,7 @@ def _limit(state: State) -> str:
 def _point(state: State, there: AtPoint) -> str:
     """The march of the point, and its orbit."""
     march = there.march
-    history = _DEFLECTED.format(value=there.deflection)
+    history = _DEFLECTED.format(value=in_python(there.deflection))
     steps = march.steps_per_period
     periods = (len(march.phase) - 1) // steps
     lines = [

@@ -8,6 +8,8 @@ import numpy as np
 from lobex import _checks
 from lobex.explorer.state import (
     STARTS,
+    Blade,
+    BladingNumbers,
     MillingNumbers,
     Mode,
     RubNumbers,
@@ -19,6 +21,7 @@ from lobex.explorer.state import (
 )
 from lobex.processes.milling import Milling
 from lobex.processes.regenerative import Rub, Turning
+from lobex.structures.blading import Blading
 from lobex.structures.modes import Modes
 
 # Of the view of a process: lobes of its most flexible mode, and how far above the lowest limit. Below, structures turn
@@ -36,19 +39,21 @@ def state_of(process: Any, speed: Any = None, gain: Any = None) -> State:
     """The state of a process, whose numbers are then those of the page.
 
     Args:
-        process: ``Rub``, ``Turning`` or ``Milling`` with ``Modes`` that have one shape for displacement and force.
+        process: ``Rub``, ``Turning`` or ``Milling`` with ``Modes`` that have one shape for displacement and force, or
+            ``Rub`` of a ``Blading`` with such modes of a blade.
         speed: lowest and highest speed that is drawn, Hz; by default around the lobes of the most flexible mode.
         gain: lowest and highest gain.
 
     Raises:
         ValueError: for another process, and for parts of one that a page has no numbers for.
     """
-    makers = {Rub: lambda _: RubNumbers(), Turning: _turning, Milling: _milling}
+    makers = {Rub: _rub, Turning: _turning, Milling: _milling}
     if type(process) not in makers:
         raise ValueError(f"process = {_checks.brief(process)} is not explored; give lobex.Rub, Turning or Milling")
     _checks.untraced("explore", process=process)
     numbers = makers[type(process)](process)
-    return State(table_of(process.modes), numbers, _view(process, numbers, speed, gain))
+    modes = process.modes.blade if isinstance(process.modes, Blading) else process.modes
+    return State(table_of(modes), numbers, _view(process, modes, numbers, speed, gain))
 
 
 def table_of(modes: Any) -> Table:
@@ -70,6 +75,20 @@ def table_of(modes: Any) -> Table:
         typed = map(_as_typed, (omega / (2 * np.pi), ratio, 1 / length**2))
         rows.append(Mode(*typed, *((1.0,) if alone else (x, y, z))))
     return Table(tuple(rows))
+
+
+def _rub(process: Rub) -> RubNumbers | BladingNumbers:
+    _refuse(process, ("casing",))
+    stage = process.modes
+    if not isinstance(stage, Blading):
+        return RubNumbers()
+    mistuning = np.zeros(stage.count) if stage.mistuning is None else np.asarray(stage.mistuning, dtype=float)
+    spacing = np.full(stage.count, 360 / stage.count) if stage.spacing is None else np.asarray(stage.spacing)
+    coupling = np.unique(0.0 if stage.coupling is None else np.asarray(stage.coupling, dtype=float))
+    if mistuning.ndim > 1 or len(coupling) > 1:
+        raise ValueError("modes of Rub has numbers for each mode of a blade, which a page has no numbers for")
+    rows = zip(mistuning.tolist(), spacing.tolist(), strict=True)
+    return BladingNumbers(float(coupling[0]), tuple(Blade(*row) for row in rows))
 
 
 def _turning(process: Turning) -> TurningNumbers:
@@ -128,16 +147,15 @@ def _refuse(process: Any, names: tuple[str, ...]) -> None:
             raise ValueError(f"{name} of {type(process).__name__} is given, which a page has no numbers for")
 
 
-def _view(process: Any, numbers: Any, speed: Any, gain: Any) -> View:
+def _view(process: Any, modes: Any, numbers: Any, speed: Any, gain: Any) -> View:
     """What is asked for or, of what is not, the lobes of the mode that moves most under a force at its frequency."""
-    modes = process.modes
     omega, ratio = np.asarray(modes.angular_frequency), np.maximum(np.asarray(modes.damping_ratio), 1e-6)
     stiffness = omega**2 / np.sum(np.asarray(modes.shape) ** 2, axis=1)
     # The least limit of one mode over all speeds, of a straight force.
     least = 2 * stiffness * ratio * (1 + ratio)
     softest = int(np.argmin(least))
     teeth = getattr(process, "passes", 1)
-    per_depth = {"rub": 1.0, "turning": getattr(numbers, "radial", 1.0)}.get(numbers.name)
+    per_depth = {"rub": 1.0, "blading": 1.0, "turning": getattr(numbers, "radial", 1.0)}.get(numbers.name)
     if per_depth is None:
         per_depth = 0.25 * max(1.0, teeth * numbers.radial_immersion**0.5) * (numbers.tangential + numbers.normal)
     most = float(f"{_HEIGHT * least[softest] / per_depth:.1g}")

@@ -5,9 +5,11 @@ from typing import Any, ClassVar, NamedTuple
 
 from lobex import _checks
 
-MOST_MODES, MOST_TEETH, MOST_ELEMENTS, MOST_SPEEDS, MOST_PERIODS = 40, 32, 50, 5000, 2000
+MOST_MODES, MOST_TEETH, MOST_BLADES, MOST_ELEMENTS, MOST_SPEEDS, MOST_PERIODS = 40, 32, 48, 50, 5000, 2000
 """What a page takes; a script has no such ends."""
 DIRECTIONS = ("down", "up")
+# Angles that people write down add up to a turn within this, in degrees.
+_ROUNDING = 1e-6
 
 
 class Knob(NamedTuple):
@@ -106,6 +108,34 @@ class RubNumbers:
 
 
 @dataclass(frozen=True)
+class Blade:
+    """A blade of a stage: by what share its frequencies are higher, and the angle to the one before it, degrees."""
+
+    mistuning: float = 0.0
+    spacing: float = 60.0
+
+
+@dataclass(frozen=True)
+class BladingNumbers:
+    """Those of ``lobex.Blading``: blades, of which each rubs in the track of the one before it."""
+
+    coupling: float = _knob(60.0, "coupling through the disc", "Hz", 1.0, 0.0, 400.0)
+    blades: tuple[Blade, ...] = (Blade(),) * 6
+
+    name: ClassVar[str] = "blading"
+
+    @property
+    def tuned(self) -> bool:
+        """Whether all blades are alike."""
+        return len({blade.mistuning for blade in self.blades}) == 1
+
+    @property
+    def even(self) -> bool:
+        """Whether they follow each other at equal angles."""
+        return len({blade.spacing for blade in self.blades}) == 1
+
+
+@dataclass(frozen=True)
 class TurningNumbers:
     """Those of ``lobex.Turning``; process damping with a coefficient above zero alone."""
 
@@ -151,7 +181,7 @@ class MillingNumbers:
 
 
 Structure = Rod | Table | Measured
-Numbers = RubNumbers | TurningNumbers | MillingNumbers
+Numbers = RubNumbers | TurningNumbers | MillingNumbers | BladingNumbers
 
 
 @dataclass(frozen=True)
@@ -212,7 +242,7 @@ class State:
 
     @property
     def kind(self) -> str:
-        """Of the process: "rub", "turning" or "milling"."""
+        """Of the process: "rub", "turning", "milling" or "blading"."""
         return self.numbers.name
 
     def changed(self, name: str, value: Any) -> "State":
@@ -226,8 +256,10 @@ class State:
 
 def _check_structure(structure: Structure, numbers: Numbers) -> None:
     if isinstance(structure, Measured):
-        if isinstance(numbers, MillingNumbers):
-            raise ValueError("structure = measured serves rub and turning; give modes for milling, such as fitted ones")
+        if isinstance(numbers, MillingNumbers | BladingNumbers):
+            raise ValueError(
+                f"structure = measured serves rub and turning; give modes for {numbers.name}, such as fitted ones"
+            )
         return
     if isinstance(structure, Rod):
         if not isinstance(numbers, RubNumbers):
@@ -252,6 +284,8 @@ def _check_structure(structure: Structure, numbers: Numbers) -> None:
 
 def _check_numbers(numbers: Numbers) -> None:
     _check_knobs(numbers)
+    if isinstance(numbers, BladingNumbers):
+        _check_blades(numbers.blades)
     if not isinstance(numbers, MillingNumbers):
         return
     _checks.choice("direction", numbers.direction, DIRECTIONS)
@@ -263,6 +297,19 @@ def _check_numbers(numbers: Numbers) -> None:
         _checks.positive(f"teeth, row {number}: pitch", tooth.pitch, "degrees")
         _checks.not_negative(f"teeth, row {number}: helix", tooth.helix, "degrees")
         _checks.as_numbers(f"teeth, row {number}: runout", tooth.runout, "m")
+
+
+def _check_blades(blades: tuple[Blade, ...]) -> None:
+    if not 1 <= len(blades) <= MOST_BLADES:
+        raise ValueError(f"blades has {len(blades)} rows; give 1 to {MOST_BLADES}")
+    for number, blade in enumerate(blades, 1):
+        _checks.as_numbers(f"blades, row {number}: mistuning", blade.mistuning)
+        if abs(blade.mistuning) >= 1:
+            raise ValueError(f"blades, row {number}: mistuning = {100 * blade.mistuning:.6g} % is 100 % or more")
+        _checks.positive(f"blades, row {number}: spacing", blade.spacing, "degrees")
+    whole = sum(blade.spacing for blade in blades)
+    if abs(whole - 360) > _ROUNDING:
+        raise ValueError(f"blades: spacing adds up to {whole:.9g}°; give angles that make 360°")
 
 
 def _check_knobs(part: Any) -> None:
@@ -296,5 +343,6 @@ STARTS = {
     "rub": State(Rod(), RubNumbers(), View(50.0, 400.0, 1000, 0.0, 2.5e6)),
     "turning": State(Table(), TurningNumbers(), View(2000 / 60, 12000 / 60, 1000, 0.0, 2e-3)),
     "milling": State(Table(), MillingNumbers(), View(5000 / 60, 25000 / 60, 301, 0.0, 5e-3)),
+    "blading": State(Table((Mode(400.0, 0.005, 0.11),)), BladingNumbers(), View(40.0, 160.0, 1000, 0.0, 3e4)),
 }
-"""What a page begins with: the thesis' rod, and its tool of §3.4."""
+"""What a page begins with: the thesis' rod, its tool of §3.4, and a stage of six blades."""

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 COLOUR = {Kind.HOPF: "#12436d", Kind.FLIP: "#c8500a", Kind.FOLD: "#5d8a3a"}
 NAME = {Kind.HOPF: "Hopf (complex pair)", Kind.FLIP: "flip (μ = −1)", Kind.FOLD: "fold (μ = +1)"}
 # Of modes, and of waves around the disc, one after the other: Okabe and Ito's, which colour-blind people tell apart.
-_LABELLED = ("#12436d", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#5d3a9b", "#7a7a7a")
+LABELLED = ("#12436d", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#5d3a9b", "#7a7a7a")
 _MARKER = {Kind.HOPF: "o", Kind.FLIP: "s", Kind.FOLD: "^"}
 STABLE = "#d6e6f2"
 BAND = "#e0a458"
@@ -123,11 +123,11 @@ def groups(limit: "Limit", order: np.ndarray) -> list[tuple[np.ndarray, dict[str
     for name, codes, none in (("nodal diameter {}", limit.nodal_diameter, -1), ("mode {}", limit.mode, 0)):
         labels = np.asarray(codes)[order]
         values = np.unique(labels[labels > none])
-        if len(found) == 1 and 1 < len(values) <= len(_LABELLED):
+        if len(found) == 1 and 1 < len(values) <= len(LABELLED):
             style = found[0][1]
             return [
                 (labels == value, {**style, "color": colour}, name.format(value))
-                for value, colour in zip(values, _LABELLED, strict=False)
+                for value, colour in zip(values, LABELLED, strict=False)
             ]
     return found
 

@@ -21,7 +21,7 @@ class Explore:
     Example: lobex explore milling --tool docs/howto/tool.toml
     """
 
-    process: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="rub|turning|milling")] = "rub"
+    process: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="rub|turning|milling|blading")] = "rub"
     """What the page begins with."""
     tool_file: Annotated[str | None, _file("tool")] = None
     """TOML file of a tool, of turning or milling (docs/howto/cutters.md)."""

@@ -5,7 +5,7 @@ from importlib.util import find_spec
 from lobex import _checks
 from lobex.shell.explore_arguments import Explore
 
-_KINDS = ("rub", "turning", "milling")
+_KINDS = ("rub", "turning", "milling", "blading")
 
 
 def run_explore(command: Explore) -> None:
@@ -13,7 +13,7 @@ def run_explore(command: Explore) -> None:
     _checks.choice("process", command.process, _KINDS)
     if command.tool_file is not None and command.frf_file is not None:
         raise ValueError("tool and frf both say what vibrates; drop one of the two")
-    if command.tool_file is not None and command.process == "rub":
+    if command.tool_file is not None and command.process in ("rub", "blading"):
         raise ValueError(f"tool = {command.tool_file!r} is of turning or milling; say which")
     files = {"tool": command.tool_file, "frf": command.frf_file}
     paths = {name: _checks.place(name, path) for name, path in files.items() if path is not None}
