@@ -51,3 +51,14 @@ def test_an_equation_that_does_not_say_its_modes_has_no_labels():
     several = lobex.LinearDelay(np.diag([-0.1, -0.2, -0.3]), delayed=[(np.ones((3, 3)), None)])
     found = labels_of_process(several, np.ones(2), np.full(2, 0.1), np.full(2, 0.2))
     assert set(found.mode) == {0}
+
+
+def test_waves_around_a_disc_in_a_casing_that_gives_way_are_those_of_the_exact_limit():
+    ring = lobex.Ring(nodal_diameter=2, frequency=520.0, damping_ratio=0.02, mass=2.0)
+    stage = lobex.Rub(lobex.Blading(TWO, 5), casing=ring)
+    speeds = SPEEDS[::9]
+    limit = lobex.exact_limit(stage, speeds)
+    found = labels_of_process(stage, speeds, limit.gain, limit.chatter_frequency)
+    assert len(np.unique(limit.nodal_diameter)) > 1
+    np.testing.assert_array_equal(found.mode, limit.mode)
+    np.testing.assert_array_equal(found.nodal_diameter, limit.nodal_diameter)

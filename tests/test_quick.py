@@ -25,4 +25,5 @@ def test_programs_are_compiled_with_those_alone_that_xla_knows(monkeypatch):
 def test_a_program_within_another_is_a_part_of_it():
     program = _quickly.compiled_quickly(lambda x: x**2)
     assert float(jax.jit(jax.grad(program))(3.0)) == 6.0
+    assert float(jax.jit(lambda x: x + program(3.0))(1.0)) == 10.0
     np.testing.assert_array_equal(jax.vmap(program)(np.arange(3.0)), [0.0, 1.0, 4.0])

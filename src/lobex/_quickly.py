@@ -22,7 +22,7 @@ QUICK = {
 def compiled_quickly(function: Callable[Arguments, Result]) -> Callable[Arguments, Result]:
     """``jax.jit`` of what is computed on few numbers, once or a few times: a whole structure, say, and not a grid.
 
-    Call it in the scope of float64. Within another program it is a part of that, and compiled as that is.
+    Within another program it is a part of that, and compiled as that is.
     """
 
     @cache
@@ -33,7 +33,10 @@ def compiled_quickly(function: Callable[Arguments, Result]) -> Callable[Argument
 
     @wraps(function)
     def called(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
-        return program(not is_traced((args, kwargs)))(*args, **kwargs)
+        import jax
+
+        alone = jax.core.trace_ctx.is_top_level() and not is_traced((args, kwargs))
+        return program(alone)(*args, **kwargs)
 
     return called
 

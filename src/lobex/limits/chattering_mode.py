@@ -8,7 +8,7 @@ from jaxtyping import Float, Int
 
 from lobex import _checks
 from lobex._float64 import in_float64
-from lobex.limits.closed_form import Contacts, Regeneration, closed_form, closed_forms
+from lobex.limits.closed_form import Contacts, Regeneration, closed_forms
 from lobex.limits.receptance import receptance
 from lobex.limits.sections import Sections
 from lobex.limits.track_product import Uncoupled
@@ -65,20 +65,23 @@ def labels_of_process(process: Process, speed: Float[np.ndarray, " n"], gain: An
     structure else.
     """
     omega = 2 * np.pi * np.asarray(frequency, dtype=float)
-    if has_followers(process):
-        forms: Any = closed_forms([at_speed(process, one) for one in speed])
-        if isinstance(forms, str):
-            return _labels_by_blocks(process, speed, gain, omega)
-        alike = isinstance(forms[0], Regeneration)
-        found: Any = jax.tree.map(lambda *leaves: np.stack(leaves), *forms) if alike else None
-    else:
-        found = closed_form(process)
-    if isinstance(found, str):
+    forms = closed_forms([at_speed(process, one) for one in speed] if has_followers(process) else [process])
+    if isinstance(forms, str):
         return _labels_by_blocks(process, speed, gain, omega)
-    if isinstance(found, Families):
-        waves = _waves(found, speed, gain, omega) if found.even else np.full(np.size(speed), -1)
-        return labels_of_families(found.receptance, waves, gain, omega)
-    return labels_of(found, gain, omega)
+    if len(forms) == 1:
+        return _labels_of_form(forms[0], speed, gain, omega)
+    if isinstance(forms[0], Regeneration):
+        return labels_of(jax.tree.map(lambda *leaves: np.stack(leaves), *forms), gain, omega)
+    lanes = ((form, *(part[i : i + 1] for part in (speed, gain, omega))) for i, form in enumerate(forms))
+    return jax.tree.map(lambda *parts: np.concatenate(parts), *(_labels_of_form(*lane) for lane in lanes))
+
+
+def _labels_of_form(found: Any, speed: Float[np.ndarray, " n"], gain: Any, omega: Any) -> Labels:
+    """Of limits of one structure in closed form, whichever it is."""
+    if not isinstance(found, Families):
+        return labels_of(found, gain, omega)
+    waves = _waves(found, speed, gain, omega) if found.even else np.full(np.size(speed), -1)
+    return labels_of_families(found.receptance, waves, gain, omega)
 
 
 def labels_of_families(receptance: Sections, waves: Int[np.ndarray, " n"], gain: Any, omega: Any) -> Labels:

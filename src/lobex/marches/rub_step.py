@@ -149,7 +149,7 @@ class RubStep:
 
     def advance(
         self, state: Moving, row: Row
-    ) -> tuple[Moving, tuple[Float[AnyArray, " all"], Float[AnyArray, " all"]]]:
+    ) -> tuple[Moving, tuple[Float[AnyArray, " all"], Float[AnyArray, " seen_of_all"]]]:
         """A step later: what moves, and the depth of the cells and what was seen before it."""
         profile, depth, closed = row
         depth = depth.reshape(self.touching)
@@ -244,11 +244,11 @@ class RubStep:
     def _at_contacts(self, seen: Float[AnyArray, "seen blades lanes"]) -> Touching:
         return seen[: self.touching[0]]
 
-    def _on_each(self, force: Touching) -> tuple[Touching, ...]:
+    def _on_each(self, force: Touching) -> tuple[Float[AnyArray, "_ _ lanes"], ...]:
         """The force as each body has it: the casing has a direction for each contact of each blade."""
         return force, *(-force.reshape(-1, 1, self.touching[2]) for _ in self.bodies[1:])
 
-    def _relative(self, of_bodies: tuple[Float[AnyArray, "seen blades lanes"], ...]) -> Touching:
+    def _relative(self, of_bodies: tuple[Float[AnyArray, "_ _ lanes"], ...]) -> Touching:
         """Of what each body has at its contacts, that of the blades beyond that of the casing."""
         own = self._at_contacts(of_bodies[0])
         return own - of_bodies[1].reshape(self.touching) if len(of_bodies) > 1 else own
