@@ -1,4 +1,4 @@
-"""Studies: further axes, labels, chunks, what is read of them, files, and the shares of several processes."""
+"""Studies: further axes, labels, chunks, what is read of them, and files."""
 
 import re
 from pathlib import Path
@@ -14,8 +14,7 @@ import lobex
 from cases import assert_same_fields
 from lobex import _memory as memory
 from lobex.studies import charts, plan, store
-from lobex.studies.plan import Plan, order_of_share, place_of_next, plan_of
-from lobex.studies.processes import parse_share, share_of
+from lobex.studies.plan import Plan, plan_of
 from lobex.studies.study import Study
 from refusals import refused
 
@@ -231,7 +230,6 @@ def test_failed_points_are_counted_over_all_chunks():
         (lambda: lobex.sweep(lambda p: 3, SPEED, GAIN, over={"a": [1.0]}), "is no process"),
         (lambda: lobex.sweep(RUB, SPEED[::-1], GAIN, over=OVER), "speed = "),
         (lambda: lobex.sweep(RUB, SPEED, [-1.0, 1.0], over=OVER), "gain = "),
-        (lambda: lobex.sweep(RUB, SPEED, GAIN, processes=(0, 2)), "give store="),
         (
             lambda: lobex.sweep(RUB, SPEED, GAIN, over={"modes.damping_ratio": [0.1], "modes.damping_ratio[1]": [1.0]}),
             "the same number",
@@ -288,28 +286,6 @@ def test_chunks_cover_every_lane_of_every_combination_once(lengths, lanes, wante
     assert np.all(count == 1)
 
 
-@settings(deadline=None)
-@given(chunks=st.integers(1, 60), processes=st.integers(1, 6), data=st.data())
-def test_the_living_do_what_the_dead_leave(chunks, processes, data):
-    """Processes take turns at random; some end after a while; one lives, and then all chunks are there."""
-    survivor = data.draw(st.integers(0, processes - 1))
-    lives = [10**6 if k == survivor else data.draw(st.integers(0, chunks)) for k in range(processes)]
-    own = [list(order_of_share(chunks, k, processes)) for k in range(processes)]
-    assert sorted(number for share in own for number in share) == list(range(chunks))
-    done: set[int] = set()
-    turns = 0
-    while len(done) < chunks:
-        turns += 1
-        alive = [k for k in range(processes) if lives[k] > 0]
-        k = data.draw(st.sampled_from(alive)) if turns < 50 else survivor
-        lives[k] -= 1
-        mine = [n for n in own[k] if n not in done]
-        missing = [n for n in range(chunks) if n not in done]
-        number = mine[0] if mine else missing[place_of_next(len(missing), k, processes)]
-        assert number not in done
-        done.add(number)
-
-
 def test_less_memory_makes_smaller_chunks(monkeypatch):
     monkeypatch.setattr(plan, "available_memory", lambda: 8 * 10 * 1000)
     assert plan_of({}, 100, 64, 1000).lanes_per_chunk == 10
@@ -331,27 +307,3 @@ def test_memory_is_what_the_tightest_limit_leaves(tmp_path, monkeypatch):
     assert memory.available_memory() == 5000 * 1024
     monkeypatch.setattr(memory, "_GROUPS", tmp_path)
     assert memory.available_memory() == 2000000
-
-
-@pytest.mark.parametrize(
-    ("environment", "share"),
-    [
-        ({}, (0, 1)),
-        ({"SLURM_PROCID": "3", "SLURM_NTASKS": "8"}, (3, 8)),
-        ({"OMPI_COMM_WORLD_RANK": "1", "OMPI_COMM_WORLD_SIZE": "2"}, (1, 2)),
-        ({"PMI_RANK": "0", "PMI_SIZE": "4"}, (0, 4)),
-        ({"SLURM_PROCID": "0"}, (0, 1)),
-        ({"SLURM_PROCID": "9", "SLURM_NTASKS": "8"}, (0, 1)),
-    ],
-)
-def test_launchers_tell_the_share(environment, share):
-    assert share_of(None, environment) == share
-    assert share_of((1, 3), environment) == (1, 3)
-
-
-@pytest.mark.parametrize("given", [(2, 2), (-1, 2), (0, 0), (0.5, 2), 3, "0/2", (0, 1, 2)])
-def test_a_share_that_makes_no_sense_is_refused(given):
-    with pytest.raises(ValueError, match="processes"):
-        share_of(given)
-    with pytest.raises(ValueError, match="process"):
-        parse_share("one/2")

@@ -20,28 +20,26 @@ import pytest
 
 import lobex
 from commands import run
-from lobex.studies.processes import Children
+from lobex.studies.local_processes import Processes
 from lobex.studies.study import Study
-from shares_of_a_study import COUNT, work
+from stored_study import COUNT, before_each_chunk, names, study, work
 
-# More than there are: two processes may write the same chunk.
-ALL = 10 * COUNT
-STUDY = Path(__file__).with_name("shares_of_a_study.py")
+STUDY = Path(__file__).with_name("stored_study.py")
 # Every process is a fork of one that has imported what the study needs, which takes longer than the study, and has not
 # started JAX, which cannot be forked.
 FORKS = multiprocessing.get_context("forkserver")
 FORKS.set_forkserver_preload(
-    ["jax", "lobex", "lobex.verbs", "lobex.studies.charts", "lobex.studies.store", "h5netcdf.legacyapi"]
+    ["jax", "lobex", "lobex.verbs", "lobex.studies.charts", "lobex.studies.run", "h5netcdf.legacyapi"]
 )
 
 
 class Begun:
     """A process that works at the study, and what it has said so far."""
 
-    def __init__(self, folder, share):
+    def __init__(self, folder, processes):
         handle, self.told = tempfile.mkstemp(suffix=".told", dir=folder.parent)
         os.close(handle)
-        self.process = FORKS.Process(target=work, args=(str(folder), share, str(gate_of(folder)), self.told))
+        self.process = FORKS.Process(target=work, args=(str(folder), processes, str(gate_of(folder)), self.told))
         self.process.start()
 
     @property
@@ -60,10 +58,10 @@ class Begun:
         return self.returncode
 
 
-def begin(folder, share="0/1", chunks=ALL):
-    """Start the study of this file, which may write so many chunks."""
+def begin(folder, processes=0, chunks=COUNT):
+    """Start the study of this file, by so many processes or by one alone, which may begin the first of its chunks."""
     allow(folder, chunks)
-    return Begun(folder, share)
+    return Begun(folder, processes)
 
 
 def gate_of(folder):
@@ -71,7 +69,7 @@ def gate_of(folder):
 
 
 def allow(folder, chunks):
-    """Let so many chunks be written, all at once for whoever reads the number."""
+    """Let the first so many chunks be begun."""
     new = folder.with_suffix(".new")
     new.write_text(str(chunks))
     new.replace(gate_of(folder))
@@ -87,9 +85,10 @@ def uninterrupted(tmp_path_factory):
     return names(folder)
 
 
-def names(folder):
-    """The files of a store; the names of chunks carry checksums, so that the same names are the same bits."""
-    return sorted(path.name for path in folder.glob("[!.]*")) if folder.exists() else []
+@pytest.fixture(scope="module")
+def pool():
+    with Processes(2) as processes:
+        yield processes
 
 
 def wait_for(folder, least, process):
@@ -98,6 +97,18 @@ def wait_for(folder, least, process):
         ended = process.returncode is not None
         assert not ended or len(names(folder)) >= least, process.said
         time.sleep(0.005)
+
+
+def children_of(process):
+    """The numbers of the processes that a process has started."""
+    return list(map(int, Path(f"/proc/{process}/task/{process}/children").read_text().split()))
+
+
+def wait_for_end_of(processes):
+    deadline = time.monotonic() + 60
+    while any(Path(f"/proc/{process}").exists() for process in processes):
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
 
 
 def test_a_store_killed_at_random_instants_ends_the_same(uninterrupted, tmp_path):
@@ -116,56 +127,80 @@ def test_a_store_killed_at_random_instants_ends_the_same(uninterrupted, tmp_path
     assert not list(folder.glob(".*"))
 
 
-@pytest.mark.parametrize("shares", [("0/2", "1/2"), ("0/1", "0/1")], ids=["shared", "the same twice"])
-def test_two_processes_make_what_one_makes(shares, uninterrupted, tmp_path):
-    both = [begin(tmp_path / "s", share) for share in shares]
+def test_two_runs_at_once_in_one_folder_make_what_one_makes(uninterrupted, tmp_path):
+    both = [begin(tmp_path / "s") for _ in range(2)]
     for process in both:
         assert process.end() == 0, process.said
     assert names(tmp_path / "s") == uninterrupted
 
 
-def test_one_of_two_completes_what_the_killed_one_leaves(uninterrupted, tmp_path):
-    folder = tmp_path / "s"
-    first, second = begin(folder, "0/2", chunks=COUNT // 2), begin(folder, "1/2", chunks=COUNT // 2)
-    wait_for(folder, 3, second)
-    second.send(signal.SIGKILL)
-    second.end()
-    allow(folder, ALL)
-    assert first.end() == 0, first.said
-    assert names(folder) == uninterrupted
+def test_a_worker_that_is_killed_is_replaced_and_loses_no_chunk(pool, uninterrupted, tmp_path):
+    killed = []
+
+    def kill(number):
+        # Once: what the worker had in hand is handed over again.
+        if number == 11 and not killed:
+            while len(names(tmp_path / "s")) < 4:
+                time.sleep(0.005)
+            killed.append(min(pool._pool._processes))
+            os.kill(killed[0], signal.SIGKILL)
+
+    with before_each_chunk(kill):
+        study(tmp_path / "s", pool)
+    assert killed[0] not in pool._pool._processes
+    assert names(tmp_path / "s") == uninterrupted
+    assert not list((tmp_path / "s").glob(".*"))
+    # Without a store chunks come back by themselves, and are the same.
+    whole = lobex.sweep(
+        lobex.Rub(lobex.Rod(1).modes(0.03)),
+        np.linspace(300, 700, 4),
+        np.linspace(1e5, 4e6, 3),
+        over={"modes.damping_ratio": np.linspace(0.01, 0.1, COUNT)[:2]},
+        executor=pool,
+    )
+    np.testing.assert_array_equal(whole["multiplier"], Study.open(tmp_path / "s")["multiplier"][:2])
 
 
-def test_a_killed_share_is_completed_by_a_rerun_of_one(uninterrupted, tmp_path):
+def test_a_killed_run_takes_its_workers_along_and_is_completed_by_one(uninterrupted, tmp_path):
     folder = tmp_path / "s"
-    process = begin(folder, "1/2", chunks=8)
+    process = begin(folder, 2, chunks=8)
     wait_for(folder, 5, process)
+    workers = children_of(process.process.pid)
+    assert len(workers) >= 2
     process.send(signal.SIGKILL)
     process.end()
+    wait_for_end_of(workers)
     assert "manifest.json" in names(folder)
-    # It began with its own share, every second chunk.
-    assert {int(name[:8]) % 2 for name in names(folder) if name != "manifest.json"} == {1}
-    process = begin(folder, "0/1")
+    process = begin(folder)
     assert process.end() == 0, process.said
     assert names(folder) == uninterrupted
+    assert not list(folder.glob(".*"))
 
 
-def test_ctrl_c_keeps_what_is_done_and_says_so(uninterrupted, tmp_path):
+@pytest.mark.parametrize("processes", [0, 2])
+def test_ctrl_c_keeps_what_is_done_and_says_so(processes, uninterrupted, tmp_path):
     folder = tmp_path / "s"
-    process = begin(folder, chunks=8)
+    process = begin(folder, processes, chunks=8)
     wait_for(folder, 4, process)
+    # A terminal tells all of them.
+    workers = children_of(process.process.pid) if processes else []
+    for number in workers:
+        os.kill(number, signal.SIGINT)
     process.send(signal.SIGINT)
-    allow(folder, ALL)
+    allow(folder, COUNT)
     assert process.end() != 0
     done = len(names(folder)) - 1
     assert f"KeyboardInterrupt: {done} of {COUNT} chunks are in" in process.said
-    assert set(names(folder)) <= set(uninterrupted)
+    assert set(names(folder)) < set(uninterrupted)
+    assert not list(folder.glob(".*"))
+    wait_for_end_of(workers)
 
 
 def test_a_terminal_is_shown_the_rate_and_the_time_left(uninterrupted, tmp_path):
     ours, theirs = pty.openpty()
     fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 120, 0, 0))
-    allow(tmp_path / "s", ALL)
-    command = [sys.executable, STUDY, str(tmp_path / "s"), "0/1", str(gate_of(tmp_path / "s"))]
+    allow(tmp_path / "s", COUNT)
+    command = [sys.executable, STUDY, str(tmp_path / "s"), "0", str(gate_of(tmp_path / "s"))]
     process = subprocess.Popen(command, stderr=theirs)
     os.close(theirs)
     shown = b""
@@ -177,31 +212,6 @@ def test_a_terminal_is_shown_the_rate_and_the_time_left(uninterrupted, tmp_path)
     assert process.wait(timeout=300) == 0
     assert re.search(rb"\d+%\|.*\[\d\d:\d\d<\d\d:\d\d, .*pt/s\]", shown)
     assert names(tmp_path / "s") == uninterrupted
-
-
-# Says when Python is up: a signal that comes before may be swallowed by what it then imports.
-WAITING = """
-import sys, time
-from pathlib import Path
-Path(sys.argv[-1].replace("/", "-of-")).touch()
-while True:
-    time.sleep(0.1)
-"""
-
-
-def test_children_end_when_this_process_fails_and_are_missed_when_they_do(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(KeyboardInterrupt), Children(["-c", WAITING], 3) as children:  # noqa: PT012
-        while not {path.name for path in tmp_path.iterdir()} >= {"1-of-3", "2-of-3"}:
-            assert all(child.poll() is None for child in children.running)
-            time.sleep(0.005)
-        raise KeyboardInterrupt
-    assert [child.returncode for child in children.running] == [-signal.SIGINT] * 2
-    with (
-        pytest.warns(RuntimeWarning, match="process 1 of 2 ended with exit code 3; the others did its share"),
-        Children(["-c", "import sys; sys.exit(3 * (sys.argv[1:] == ['--process', '1/2']))"], 2),
-    ):
-        pass
 
 
 # 210 speeds and 100 gains of a method by operators are two chunks.
@@ -233,11 +243,10 @@ def test_the_shell_shares_stores_verifies_and_exports(tmp_path, shell):
     assert refused.code == 2
     assert "chunk 1" in refused.err
 
-    again = shell(*LOBES, "--store", "s", "--process", "1/2", "--out", "c")
+    again = shell(*LOBES, "--store", "s", "--out", "c")
     assert again.code == 0
     assert "1 of 2 chunks" in again.err
-    # Process 0 writes.
-    assert not (tmp_path / "c.nc").exists()
+    np.testing.assert_array_equal(lobex.load(tmp_path / "c.nc").multiplier, chart.multiplier)
     assert "2 chunks are sound" in shell("store", "verify", "s").out
 
 
@@ -245,9 +254,6 @@ def test_the_shell_shares_stores_verifies_and_exports(tmp_path, shell):
     ("arguments", "words"),
     [
         (("lobes", "rub", "--processes", "2"), "without --store"),
-        (("lobes", "rub", "--process", "0/2"), "without --store"),
-        (("lobes", "rub", "--store", "s", "--process", "2/2"), "give a number from 0 to 1"),
-        (("lobes", "rub", "--store", "s", "--process", "half"), "process = 'half'"),
         (("lobes", "rub", "--store", "s", "--processes", "0"), "processes = 0"),
         (("lobes", "rub", "--store", "/proc/s"), "cannot be written"),
         (("limit", "rub", "--exact", "--store", "s"), "has no use with --exact"),

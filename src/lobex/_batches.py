@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Int, Shaped
 
-from lobex._devices import on_device, workers
+from lobex._devices import on_device, threads
 from lobex._timing import carried
 
 # Of points that are computed together on a core: these stay in its cache.
@@ -59,7 +59,7 @@ def side_by_side(work: Callable[[int], Result], count: int, first_alone: bool = 
     alone = min(int(first_alone), count)
     yield from map(part, range(alone))
     if count > alone:
-        with ThreadPoolExecutor(workers()) as pool:
+        with ThreadPoolExecutor(threads()) as pool:
             yield from pool.map(carried(part), range(alone, count))
 
 

@@ -22,7 +22,20 @@ def on_device(number: int) -> Iterator[None]:
             yield
 
 
+def cores() -> int:
+    """Cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def workers() -> int:
-    """Threads that take parts: one for each core that this process may use, and each local device."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return max(cores, len(jax.local_devices()))
+    """Parts that are worth having at once: one for each core that this process may use, and each local device."""
+    return max(cores(), len(jax.local_devices()))
+
+
+def threads() -> int:
+    """Threads that take parts: for all of them at once, or for as many cores as ``NPROC`` grants, which XLA reads too.
+
+    What the parts are does not depend on it: a worker of one core computes the same bits as one of many.
+    """
+    granted = os.environ.get("NPROC", "")
+    return max(int(granted), len(jax.local_devices())) if granted.isdecimal() and int(granted) else workers()

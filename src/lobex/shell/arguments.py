@@ -50,16 +50,12 @@ class Output:
 
 @dataclass(frozen=True)
 class Storage:
-    """Runs that outlast a session, and share their work (docs/cluster.md)."""
+    """Runs that outlast a session, and who computes them (docs/cluster.md)."""
 
     store: Annotated[str | None, tyro.conf.arg(metavar="DIR", help_behavior_hint="(default: none)")] = None
     """Folder that chunks of the work go to as they are done. The same command goes on where it was ended."""
     processes: Annotated[int | None, count_hint("1")] = None
-    """Processes to run on this machine, which share the store; each has a GPU of its own where there are several."""
-    process: Annotated[str | None, tyro.conf.arg(metavar="K/N", help_behavior_hint="(default: Slurm's or MPI's)")] = (
-        None
-    )
-    """This process' share of the store, such as 0/2 for the first of two; process 0 writes PATH."""
+    """Processes of this machine that compute chunks of the store; each has a GPU of its own where there are several."""
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from lobex.shell.from_flags import (
 )
 from lobex.shell.limit_arguments import Limit as LimitCommand
 from lobex.shell.pictures import drawn
-from lobex.shell.shares import shared
+from lobex.shell.storage import stored
 from lobex.shell.values import is_range
 
 if TYPE_CHECKING:
@@ -42,7 +42,7 @@ def run_limit(command: LimitCommand) -> None:
     followed = is_range(speed_text(flags)) and flags.storage.store is None
     wanted = len(speed) if flags.curve.refine is None else _checks.integer("refine", flags.curve.refine, 0)
     budget = wanted if followed else 0
-    with shared(flags.storage) as share:
+    with stored(flags.storage) as storage:
         # JAX is slow to import: only now.
         from lobex.shell.environment import prepare_jax
 
@@ -62,11 +62,9 @@ def run_limit(command: LimitCommand) -> None:
         elif bounds is None:
             limit = limit_curve(partial(lobex.exact_limit, process_of(flags)), speed, budget)
         else:
-            settings = {"method": method, "scan": len(gain), "progress": shown, **share.arguments}
+            settings = {"method": method, "scan": len(gain), "progress": shown, **storage}
             search = partial(lobex.critical_gain, process_of(flags), bounds=bounds, **settings)
             limit = limit_curve(search, speed, budget) if budget else search(speed)
-    if not share.writes:
-        return
     pictures = [drawn(part.plot) for part in (limit, result) if part is not None]
     (limit if result is None else result).save(files[0])
     limit.save(files[1])

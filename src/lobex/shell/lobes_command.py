@@ -8,7 +8,7 @@ from lobex.results.units import shown_gain, shown_speed
 from lobex.shell import arguments
 from lobex.shell.from_flags import check_discretization, method_of, output_files, process_of, speeds_and_gains
 from lobex.shell.pictures import drawn
-from lobex.shell.shares import shared
+from lobex.shell.storage import stored
 
 if TYPE_CHECKING:
     from lobex.results.chart import Chart
@@ -21,7 +21,7 @@ def run_lobes(command: arguments.Lobes) -> None:
     files = output_files(flags, (".nc", ".png"))
     check_discretization(flags)
 
-    with shared(flags.storage) as share:
+    with stored(flags.storage) as storage:
         # JAX is slow to import: only now.
         from lobex.shell.environment import prepare_jax
 
@@ -29,9 +29,7 @@ def run_lobes(command: arguments.Lobes) -> None:
         import lobex
 
         method, shown = method_of(flags.discretization), not flags.output.quiet
-        chart = lobex.sweep(process_of(flags), speed, gain, method, **share.arguments, progress=shown)
-    if not share.writes:
-        return
+        chart = lobex.sweep(process_of(flags), speed, gain, method, **storage, progress=shown)
     picture = drawn(chart.plot)
     chart.save(files[0])
     files[1].write_bytes(picture)

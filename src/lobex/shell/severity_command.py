@@ -9,7 +9,7 @@ from lobex.shell.from_flags import output_files
 from lobex.shell.from_wear_flags import law_numbers, march_of
 from lobex.shell.pictures import drawn
 from lobex.shell.severity_arguments import Severity, SeverityFlags
-from lobex.shell.shares import shared
+from lobex.shell.storage import stored
 from lobex.shell.values import parse_grid
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def run_severity(command: Severity) -> None:
     law_numbers(flags.contact)
     files = output_files(flags, (".nc", "-limit.nc", ".png"))
 
-    with shared(flags.storage) as share:
+    with stored(flags.storage) as storage:
         # JAX is slow to import: only now.
         from lobex.shell.environment import prepare_jax
 
@@ -51,11 +51,9 @@ def run_severity(command: Severity) -> None:
             revolutions=flags.revolutions,
             steps_per_revolution=flags.steps,
             over={"casing.amplitude": penetration + float(model["casing"].clearance)},
-            **share.arguments,
+            **storage,
             progress=shown,
         )
-    if not share.writes:
-        return
     stiffness = _stiffness(model["law"])
     limit = None if stiffness is None or flags.lobes == 0 else _limit(model, speed, stiffness, flags)
     picture = drawn(lambda: lobex.severity(study, limit, None if limit is None else stiffness, of=flags.of))

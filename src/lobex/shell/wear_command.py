@@ -8,7 +8,7 @@ from lobex import _checks
 from lobex.shell.from_flags import output_files
 from lobex.shell.from_wear_flags import law_numbers, march_of
 from lobex.shell.pictures import drawn
-from lobex.shell.shares import shared
+from lobex.shell.storage import stored
 from lobex.shell.values import parse_grid
 from lobex.shell.wear_arguments import Wear, WearFlags
 
@@ -25,9 +25,9 @@ def run_wear(command: Wear) -> None:
     endings = [".png", "-casing.png"]
     if len(speed) > 1:
         endings.append("-spectrum.png" if flags.ramp == 0 else "-history.png")
-    stored, *files = output_files(flags, (".nc", *endings))
+    target, *files = output_files(flags, (".nc", *endings))
 
-    with shared(flags.storage) as share:
+    with stored(flags.storage) as storage:
         # JAX is slow to import: only now.
         from lobex.shell.environment import prepare_jax
 
@@ -40,18 +40,16 @@ def run_wear(command: Wear) -> None:
             revolutions=flags.revolutions,
             steps_per_revolution=flags.steps,
             incursion=flags.incursion,
-            **share.arguments,
+            **storage,
             progress=not flags.output.quiet,
         )
-    if not share.writes:
-        return
     pictures = _pictures(result, endings)
-    result.save(stored)
+    result.save(target)
     for ending, path in zip(endings, files, strict=True):
         if ending in pictures:
             path.write_bytes(pictures[ending])
     if not flags.output.quiet:
-        written = [stored, *(path for ending, path in zip(endings, files, strict=True) if ending in pictures)]
+        written = [target, *(path for ending, path in zip(endings, files, strict=True) if ending in pictures)]
         print(f"{result!r}\n  written          {', '.join(map(str, written))}")
 
 

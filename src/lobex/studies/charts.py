@@ -1,6 +1,9 @@
 """``sweep``, with further axes and a store: each chunk is a sweep of its own."""
 
+from functools import partial
 from typing import TYPE_CHECKING, Any, overload
+
+import numpy as np
 
 from lobex import _checks
 from lobex.characteristic.method import CharacteristicRoots
@@ -12,7 +15,7 @@ from lobex.processes.plausible import implausible
 from lobex.processes.process import Process, check_gain, check_process, check_speed
 from lobex.results.chart import Chart
 from lobex.results.description import describe
-from lobex.studies.task import COPIES, Numbers, Over, Path, Share, Task
+from lobex.studies.task import COPIES, AnyExecutor, Numbers, Over, Path, Task
 from lobex.studies.variation import Variation, axes_of
 
 if TYPE_CHECKING:
@@ -32,7 +35,7 @@ def sweep(
     method: AnyMethod = AUTO,
     *,
     store: Path | None = None,
-    processes: Share | None = None,
+    executor: AnyExecutor | None = None,
     progress: bool = False,
 ) -> Chart: ...
 @overload
@@ -44,7 +47,7 @@ def sweep(
     *,
     over: Over,
     store: Path | None = None,
-    processes: Share | None = None,
+    executor: AnyExecutor | None = None,
     progress: bool = False,
 ) -> "Study": ...
 def sweep(
@@ -55,7 +58,7 @@ def sweep(
     *,
     over: Over | None = None,
     store: Path | None = None,
-    processes: Share | None = None,
+    executor: AnyExecutor | None = None,
     progress: bool = False,
 ) -> "Chart | Study":
     """The dominant Floquet multiplier and its chatter frequency over a grid: a stability lobe diagram.
@@ -76,8 +79,9 @@ def sweep(
     that array at once. Of a function ``process``, the names are those that it takes.
 
     With ``store``, chunks of a second or so go to that folder one by one. What ends the call, be it Ctrl-C, a full
-    disk or the machine, costs the chunk in hand; the same call goes on from there, also in several processes at once
-    (docs/cluster.md). A study in a store is read when asked for and never in memory as a whole.
+    disk or the machine, costs the chunk in hand; the same call goes on from there. With ``executor``, other processes
+    and machines compute the chunks (docs/cluster.md). A study in a store is read when asked for and never in memory as
+    a whole.
 
     Args:
         process: a process, such as ``Rub(modes)``, or with ``over`` a function of a dictionary of numbers.
@@ -86,8 +90,8 @@ def sweep(
         method: ``Auto()``, ``CharacteristicRoots()``, ``Duhamel(…)``, ``Chebyshev(…)`` or ``SemiDiscretization(…)``.
         over: increasing values of further axes, by name.
         store: folder of the study: a new one, an empty one, or one that holds the same study.
-        processes: (k, n) for the k-th of n processes that share the store, from 0; if not given, as Slurm, Open MPI or
-            PMI tell.
+        executor: who computes the chunks in place of this process: any ``concurrent.futures.Executor`` whose
+            processes are not forked, or a ``dask.distributed.Client``. All of them must see the store's folder.
         progress: show a progress bar on standard error; with ``over`` or ``store``, if that is a terminal.
 
     Returns:
@@ -96,7 +100,7 @@ def sweep(
     Raises:
         ValueError: for a grid that is empty, not increasing, not one-dimensional or not finite, for speeds
             not above zero and gains that the process cannot have, for names that the model does not have, for a store
-            of another study, and a folder that cannot be written.
+            of another study, a folder that cannot be written, and an executor that forks or whose workers die.
 
     Warns:
         SweepWarning: when points failed (they are NaN), or miss the tolerance, when the method's samples are too
@@ -104,7 +108,7 @@ def sweep(
             computed again).
         LobexWarning: for numbers that can hardly be meant: speeds in rpm, damping in per cent, depths in mm.
     """
-    if over is None and store is None and processes is None:
+    if over is None and store is None and executor is None:
         return grids.sweep(process, speed, gain, method, progress=progress)
     from lobex.studies.run import run_study
 
@@ -120,13 +124,17 @@ def sweep(
         variation=variation,
         speed=speeds,
         settings={"gain": gains.tolist(), "method": describe(method)},
-        compute=lambda model, part: grids.sweep(model, part, gains, method, plausible=False),
+        compute=partial(_chart, gains=gains, method=method),
         implausible=lambda model: implausible(model, speeds, gains),
         points=len(gains),
         lanes=max(_points_of_a_chunk(method, first, float(speeds[0])) // len(gains), 1),
         bytes=COPIES * _BYTES * len(gains),
     )
-    return run_study(task, store, processes, progress, over is not None)
+    return run_study(task, store, executor, progress, over is not None)
+
+
+def _chart(model: Any, speed: np.ndarray, *, gains: np.ndarray, method: AnyMethod) -> Chart:
+    return grids.sweep(model, speed, gains, method, plausible=False)
 
 
 def _points_of_a_chunk(method: Any, process: Process, speed: float) -> int:

@@ -2,27 +2,29 @@
 
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 
 class Interruption:
-    """Whether an interruption was asked for."""
+    """Whether an interruption was asked for, ``asked``, and once more, ``twice``.
+
+    Attributes:
+        wake: called at the first, for whoever waits.
+    """
 
     def __init__(self) -> None:
-        self.asked = False
+        self.asked = self.twice = False
+        self.wake: Callable[[], object] = bool
 
     def __call__(self, number: int, frame: Any) -> None:
         """The signal's handler: the second time at once."""
         if self.asked:
+            self.twice = True
             raise KeyboardInterrupt
         self.asked = True
-
-    def stop(self, message: str) -> None:
-        """End here if that was asked for."""
-        if self.asked:
-            raise KeyboardInterrupt(message)
+        self.wake()
 
 
 @contextmanager

@@ -1,5 +1,6 @@
 """``critical_gain``, with further axes and a store: each chunk is a search of its own."""
 
+from functools import partial
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
@@ -13,7 +14,7 @@ from lobex.processes.plausible import implausible
 from lobex.processes.process import Process, check_process, check_speed
 from lobex.results.description import describe
 from lobex.results.limit import Limit
-from lobex.studies.task import COPIES, Numbers, Over, Path, Share, Task
+from lobex.studies.task import COPIES, AnyExecutor, Numbers, Over, Path, Task
 from lobex.studies.variation import Variation, axes_of
 
 if TYPE_CHECKING:
@@ -32,7 +33,7 @@ def critical_gain(
     *,
     scan: int = 65,
     store: Path | None = None,
-    processes: Share | None = None,
+    executor: AnyExecutor | None = None,
     progress: bool = False,
 ) -> Limit: ...
 @overload
@@ -45,7 +46,7 @@ def critical_gain(
     scan: int = 65,
     over: Over,
     store: Path | None = None,
-    processes: Share | None = None,
+    executor: AnyExecutor | None = None,
     progress: bool = False,
 ) -> "Study": ...
 def critical_gain(
@@ -57,7 +58,7 @@ def critical_gain(
     scan: int = 65,
     over: Over | None = None,
     store: Path | None = None,
-    processes: Share | None = None,
+    executor: AnyExecutor | None = None,
     progress: bool = False,
 ) -> "Limit | Study":
     """The lowest gain within bounds at which a process turns from stable to unstable, per speed.
@@ -85,7 +86,7 @@ def critical_gain(
             force and one delay, and ``Duhamel()`` elsewhere; or one of these, ``Chebyshev(…)`` or
             ``SemiDiscretization(…)``.
         scan: number of gains in the scan of an operator.
-        over, store, processes: further axes, the study's folder and its share, as ``sweep`` takes them.
+        over, store, executor: further axes, the study's folder and who computes it, as ``sweep`` takes them.
         progress: show a progress bar on standard error; with ``over`` or ``store``, if that is a terminal.
 
     Returns:
@@ -94,7 +95,7 @@ def critical_gain(
 
     Raises:
         ValueError: for speeds that are not positive and finite, bounds that are not two increasing gains that
-            the process can have, a scan of fewer than 3 gains, and axes or stores as ``sweep`` refuses them.
+            the process can have, a scan of fewer than 3 gains, and axes, stores or executors as ``sweep`` refuses them.
 
     Warns:
         SweepWarning: when the method's samples are too few to follow the first mode at the lowest speed, when an
@@ -102,7 +103,7 @@ def critical_gain(
             again).
         LobexWarning: for numbers that can hardly be meant: speeds in rpm, damping in per cent, depths in mm.
     """
-    if over is None and store is None and processes is None:
+    if over is None and store is None and executor is None:
         return critical.critical_gain(process, speed, bounds, method, scan=scan, progress=progress)
     from lobex.studies.run import run_study
 
@@ -121,10 +122,14 @@ def critical_gain(
         variation=variation,
         speed=speeds,
         settings={"bounds": describe(bounds), "method": describe(method), "scan": describe(scan)},
-        compute=lambda model, part: critical.critical_gain(model, part, bounds, method, scan=scan, plausible=False),
+        compute=partial(_limit, bounds=bounds, method=method, scan=scan),
         implausible=lambda model: implausible(model, speeds, bounds[0]),
         points=1,
         lanes=_BY_ROOTS if isinstance(chosen, CharacteristicRoots) else _BY_OPERATORS,
         bytes=COPIES * _BYTES,
     )
-    return run_study(task, store, processes, progress, over is not None)
+    return run_study(task, store, executor, progress, over is not None)
+
+
+def _limit(model: Any, speed: np.ndarray, *, bounds: tuple[Any, Any], method: AnyMethod, scan: int) -> Limit:
+    return critical.critical_gain(model, speed, bounds, method, scan=scan, plausible=False)

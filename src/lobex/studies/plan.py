@@ -57,13 +57,3 @@ def plan_of(axes: Axes, lanes: int, wanted: int, bytes_per_lane: int) -> Plan:
     if size > _SLAB and size < lanes:
         size = min(-(-size // _SLAB) * _SLAB, max(most // _SLAB, 1) * _SLAB)
     return Plan(axes, lanes, size)
-
-
-def order_of_share(chunks: int, process: int, processes: int) -> range:
-    """The chunks that a process does first."""
-    return range(process, chunks, processes)
-
-
-def place_of_next(missing: int, process: int, processes: int) -> int:
-    """Which of so many missing chunks a process does when its own are done: last first, and apart from the others."""
-    return missing - 1 - process * missing // processes

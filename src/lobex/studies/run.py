@@ -1,40 +1,40 @@
-"""Running a study: chunk after chunk, into memory or into a store, until all are there."""
+"""Running a study: its chunks, into memory or into a store, until all are there."""
 
 import os
-import time
 import warnings
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any
 
-import xarray
+import jax
+import numpy as np
 from tqdm import tqdm
 
 from lobex._memory import check_memory
 from lobex._timing import timed
-from lobex._warnings import SweepWarning, warn
-from lobex.results.saving import in_parts
+from lobex._warnings import LobexWarning, SweepWarning
 from lobex.studies.blocks import InMemory, InStore
+from lobex.studies.chunk import Chunk, Computed, compute
+from lobex.studies.engine import Engine, ended, engine_of
 from lobex.studies.interruption import Interruption, postponed
 from lobex.studies.manifest import manifest_of
-from lobex.studies.plan import Plan, order_of_share, place_of_next, plan_of
-from lobex.studies.processes import share_of
-from lobex.studies.slabs import plain
+from lobex.studies.plan import Plan, plan_of
 from lobex.studies.store import Store
 from lobex.studies.study import Study
-from lobex.studies.task import COPIES, Task
+from lobex.studies.task import COPIES, AnyExecutor, Task
 from lobex.studies.variation import in_words, numbers_at
 from lobex.studies.warned import Collected
 
 # Frames between a user's call of a verb and what warns here.
 _STACK = 3
-# Looking up what is there may take a tenth of the time.
-_PATIENCE = 10
+# Chunks whose checksums are compared in one call.
+_COMPARED = 32
 
 
 def run_study(
     task: Task,
     store: str | os.PathLike[str] | None,
-    processes: tuple[int, int] | None,
+    executor: AnyExecutor | None,
     progress: bool,
     further: bool,
 ) -> Any:
@@ -44,28 +44,29 @@ def run_study(
         With ``further`` axes the ``Study``, else what the verb alone returns.
 
     Raises:
-        ValueError: for a store that holds another study or cannot be written, and what the verb refuses.
-        KeyboardInterrupt: after Ctrl-C, when the chunk in hand is stored; its text says what is there.
+        ValueError: for a store that holds another study or cannot be written, an executor that is none or went away,
+            and what the verb refuses.
+        KeyboardInterrupt: after Ctrl-C, when the chunks in hand are stored; its text says what is there.
     """
-    if processes is not None and store is None:
-        raise ValueError(f"processes = {processes!r} share a study by its store; give store=, too")
+    engine = engine_of(executor)
     with timed() as spent:
         plan = plan_of(task.variation.axes, len(task.speed), task.lanes, task.bytes)
-        collected = Collected()
         if store is None:
             check_memory(
                 f"over and speed make {plan.combinations} × {plan.lanes} lanes",
                 task.bytes / COPIES * plan.combinations * plan.lanes,
                 "give fewer, or a store, which is never in memory as a whole: store=",
             )
-            blocks: Any = InMemory(plan, _Work(task, plan, collected, progress).all())
+            work = _Work(task, plan, engine, None, progress)
+            found = work.computed(range(plan.chunks))
+            blocks: Any = InMemory(plan, {n: chunk.dataset for n, chunk in found if chunk.dataset is not None})
         else:
-            share = share_of(processes)
             manifest = manifest_of(plan, task.verb, task.variation.describe(), task.settings, task.speed)
             shared = Store.begin(store, manifest)
-            _Work(task, shared.plan, collected, progress).missing_of(shared, *share)
+            work = _Work(task, shared.plan, engine, shared, progress)
+            work.complete(shared)
             blocks = InStore(shared)
-        collected.say(plan.chunks, _STACK)
+        work.collected.say(work.plan.chunks, _STACK)
         study = Study(task.verb, blocks, spent.seconds, spent.compiling)
         if further:
             return study
@@ -81,66 +82,51 @@ def run_study(
 class _Work:
     """The chunks of one call."""
 
-    def __init__(self, task: Task, plan: Plan, collected: Collected, progress: bool) -> None:
-        self.task, self.plan, self.collected = task, plan, collected
-        self.models: dict[int, Any] = {}
+    def __init__(self, task: Task, plan: Plan, engine: Engine, store: Store | None, progress: bool) -> None:
+        self.task, self.plan, self.engine, self.store = task, plan, engine, store
+        self.collected = Collected()
+        self.model: tuple[int, Any] = (-1, None)
         # None: a terminal has a bar, and a file or a pipe none.
         self.hidden = None if progress else True
 
-    def all(self) -> dict[int, xarray.Dataset]:
-        """Every chunk."""
-        datasets = {}
-        with self._bar(0) as bar:
-            for number in range(self.plan.chunks):
-                datasets[number] = plain(self._compute(number))
+    def complete(self, store: Store) -> None:
+        """Compute the chunks that a store lacks, and those that are damaged."""
+        with postponed() as interruption:
+            names = store.present()
+            self._drop_damaged(store, names, interruption)
+            missing = [number for number in range(self.plan.chunks) if number not in names]
+            if not missing or interruption.asked:
+                return self._stop(store, interruption)
+            store.check_writable()
+            store.tidy()
+            for _ in self.computed(missing, interruption, sum(map(self._points, names))):
+                pass
+            # Of those that died.
+            store.tidy()
+            self._stop(store, interruption)
+        return None
+
+    def computed(
+        self, numbers: Any, interruption: Interruption | None = None, done: int = 0
+    ) -> Iterator[tuple[int, Computed]]:
+        """Chunks by number, as they end."""
+        interruption = interruption or Interruption()
+        total = self.plan.combinations * self.plan.lanes * self.task.points
+        bar = tqdm(total=total, initial=done, unit="pt", unit_scale=True, disable=self.hidden, leave=False)
+        with bar:
+            label = f"{self.task.verb}-chunk"
+            for number, chunk in ended(self.engine, label, compute, numbers, self._chunk, interruption):
+                self.collected.add(chunk.warned)
                 bar.update(self._points(number))
-        return datasets
+                yield number, chunk
 
-    def missing_of(self, store: Store, process: int, processes: int) -> None:
-        """The chunks of this process' share that the store lacks, then all that others have left."""
-        names = store.present()
-        self._drop_damaged(store, names, process, processes)
-        if len(names) == self.plan.chunks:
-            return
-        store.check_writable()
-        store.tidy()
-        share = order_of_share(self.plan.chunks, process, processes)
-        with postponed() as interruption, self._bar(sum(map(self._points, names))) as bar:
-            for number in share:
-                if number not in names:
-                    names[number] = self._store(store, number, interruption, bar)
-            self._rest(store, process, processes, interruption, bar)
-
-    def _rest(self, store: Store, process: int, processes: int, interruption: Interruption, bar: Any) -> None:
-        """What is missing when the own share is done, looked up again and again while others are at it as well."""
-        missing: list[int] = []
-        looked, cost = 0.0, 0.0
-        while True:
-            if not missing or time.perf_counter() - looked > _PATIENCE * cost:
-                begun = time.perf_counter()
-                names = store.present()
-                missing = [number for number in range(self.plan.chunks) if number not in names]
-                bar.n = sum(map(self._points, names))
-                looked = time.perf_counter()
-                cost = looked - begun
-            if not missing:
-                return
-            self._store(store, missing.pop(place_of_next(len(missing), process, processes)), interruption, bar)
-
-    def _store(self, store: Store, number: int, interruption: Interruption, bar: Any) -> str:
-        name = store.write(number, self._compute(number))
-        bar.update(self._points(number))
-        if interruption.asked:
-            done = len(store.present())
-            interruption.stop(
-                f"{done} of {self.plan.chunks} chunks are in {str(store.folder)!r}; run the same again to go on"
-            )
-        return name
-
-    def _drop_damaged(self, store: Store, names: dict[int, str], process: int, processes: int) -> None:
-        """Compare the checksums of this process' share: what does not agree is to be computed again."""
-        damaged = [n for n in order_of_share(self.plan.chunks, process, processes) if n in names]
-        damaged = [n for n in damaged if not store.intact(n, names[n])]
+    def _drop_damaged(self, store: Store, names: dict[int, str], interruption: Interruption) -> None:
+        """Compare all checksums: what does not agree is to be computed again."""
+        order = sorted(names)
+        parts = [{n: names[n] for n in order[i : i + _COMPARED]} for i in range(0, len(order), _COMPARED)]
+        label = f"{self.task.verb}-checksums"
+        found = ended(self.engine, label, store.place.damaged, range(len(parts)), parts.__getitem__, interruption)
+        damaged = sorted(number for _, numbers in found for number in numbers)
         for number in damaged:
             store.remove(names.pop(number))
         if damaged:
@@ -151,26 +137,28 @@ class _Work:
                 stacklevel=_STACK + 2,
             )
 
-    def _compute(self, number: int) -> xarray.Dataset:
-        """A chunk's dataset; what depends on the hour is left out, so that the same chunk is the same file."""
+    def _stop(self, store: Store, interruption: Interruption) -> None:
+        if interruption.asked:
+            done = len(store.present())
+            raise KeyboardInterrupt(
+                f"{done} of {self.plan.chunks} chunks are in {str(store.folder)!r}; run the same again to go on"
+            )
+
+    def _chunk(self, number: int) -> Chunk:
         combination, lanes = self.plan.chunk(number)
-        if combination not in self.models:
-            self.models = {combination: self.task.variation.at(combination)}
-            with self.collected.listening():
-                for message in self.task.implausible(self.models[combination]):
-                    warn(message)
-        try:
-            with self.collected.listening():
-                result: Any = self.task.compute(self.models[combination], self.task.speed[lanes])
-        except ValueError as error:
-            where = in_words(numbers_at(self.plan.axes, combination))
-            raise ValueError(f"{error}{f'; at {where}' if where else ''}") from error
-        return in_parts(replace(result, seconds=float("nan"), compiling=float("nan")).to_xarray())
+        if self.model[0] != combination:
+            model = jax.tree.map(_sent, self.task.variation.at(combination))
+            self.collected.add((LobexWarning, message) for message in self.task.implausible(model))
+            self.model = combination, model
+        where = in_words(numbers_at(self.plan.axes, combination))
+        place = None if self.store is None else self.store.place
+        return Chunk(number, where, self.task.compute, self.model[1], self.task.speed[lanes], place)
 
     def _points(self, number: int) -> int:
         lanes = self.plan.chunk(number)[1]
         return (lanes.stop - lanes.start) * self.task.points
 
-    def _bar(self, done: int) -> Any:
-        total = self.plan.combinations * self.plan.lanes * self.task.points
-        return tqdm(total=total, initial=done, unit="pt", unit_scale=True, disable=self.hidden, leave=False)
+
+def _sent(leaf: Any) -> Any:
+    """A number of a model as it is sent: to take an array of JAX would start JAX, before a worker is told how."""
+    return np.asarray(leaf) if isinstance(leaf, jax.Array) else leaf

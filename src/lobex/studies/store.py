@@ -9,6 +9,7 @@ import os
 import re
 import socket
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -29,12 +30,46 @@ class Damage(ValueError):
     """A chunk that is not what its name says."""
 
 
+@dataclass(frozen=True)
+class Place:
+    """Where the chunks of a study go to, for whoever computes them.
+
+    Attributes:
+        folder: of the store, from the root on.
+        study: what every chunk of it carries.
+    """
+
+    folder: Path
+    study: str
+
+    def write(self, number: int, dataset: xarray.Dataset) -> None:
+        """Put a chunk in its place, whole and on the disk."""
+        content = to_bytes(dataset.assign_attrs(study=self.study, chunk=number))
+        try:
+            if not (self.folder / MANIFEST).is_file():
+                raise FileNotFoundError(errno.ENOENT, f"{socket.gethostname()} does not see it")
+            _write(self.folder / f"{number:08d}-{checksum(content)}.nc", content)
+        except OSError as error:
+            _cannot_write(self.folder, error)
+
+    def damaged(self, names: dict[int, str]) -> list[int]:
+        """Which of some chunks are not what their names say."""
+        return [number for number, name in names.items() if not self._intact(name)]
+
+    def _intact(self, name: str) -> bool:
+        try:
+            return checksum((self.folder / name).read_bytes()) == name.split("-")[1].removesuffix(".nc")
+        except OSError:
+            return False
+
+
 class Store:
     """An open store: ``Store.open`` for what is there, ``Store.begin`` for a study that is to be computed."""
 
     def __init__(self, folder: Path, manifest: dict[str, Any]) -> None:
         self.folder, self.manifest = folder, manifest
         self.plan = manifests.plan_in(manifest)
+        self.place = Place(folder.absolute(), manifests.identity(manifest))
 
     @classmethod
     def open(cls, folder: str | os.PathLike[str]) -> "Store":
@@ -100,17 +135,6 @@ class Store:
                     found[int(named[1])] = min(entry.name, found.get(int(named[1]), entry.name))
         return found
 
-    def write(self, number: int, dataset: xarray.Dataset) -> str:
-        """Put a chunk in its place, whole and on the disk; returns the file's name."""
-        marked = dataset.assign_attrs(study=manifests.identity(self.manifest), chunk=number)
-        content = to_bytes(marked)
-        name = f"{number:08d}-{checksum(content)}.nc"
-        try:
-            _write(self.folder / name, content)
-        except OSError as error:
-            _cannot_write(self.folder, error)
-        return name
-
     def read(self, number: int, name: str | None = None) -> xarray.Dataset:
         """A chunk's dataset, its checksum compared and its fields looked at. ``Damage`` where it is not what it was, or
         not there."""
@@ -124,7 +148,7 @@ class Store:
             if checksum(content) != name.split("-")[1].removesuffix(".nc"):
                 raise ValueError("its checksum is another")
             dataset = from_bytes(content)
-            if dataset.attrs.get("study") != manifests.identity(self.manifest):
+            if dataset.attrs.get("study") != self.place.study:
                 raise ValueError("it is of another study")
             if dataset.attrs.get("chunk") != number:
                 raise ValueError("it is another chunk")
@@ -133,13 +157,6 @@ class Store:
             why = f"chunk {number} of the store {str(self.folder)!r} is damaged ({error})"
             raise Damage(f"{why}; run the study again") from error
         return dataset
-
-    def intact(self, number: int, name: str) -> bool:
-        """Whether a chunk's file is what its name says."""
-        try:
-            return checksum((self.folder / name).read_bytes()) == name.split("-")[1].removesuffix(".nc")
-        except OSError:
-            return False
 
     def remove(self, name: str) -> None:
         """Drop the file of a damaged chunk."""

@@ -41,7 +41,7 @@ class Study:
         verb: "sweep", "critical_gain" or "march_wear".
         blocks: the chunks, in memory, in a store or in a file.
         seconds: wall time of the call that made it, compiling included; NaN of one that was opened.
-        compiling: the part of it in which JAX traced and compiled programs.
+        compiling: the part of it in which JAX traced and compiled programs in this process.
     """
 
     verb: str

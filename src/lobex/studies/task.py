@@ -2,8 +2,9 @@
 
 import os
 from collections.abc import Callable, Mapping
+from concurrent.futures import Executor
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -17,7 +18,28 @@ Result = Chart | Limit | WearMap | BladingWear
 Path = str | os.PathLike[str]
 Over = Mapping[str, Any]
 Numbers = Callable[[dict[str, Any]], Any]
-Share = tuple[int, int]
+
+
+@runtime_checkable
+class Cluster(Protocol):
+    """What is asked of a ``dask.distributed.Client``."""
+
+    asynchronous: Any
+
+    def submit(self, func: Any, /, *args: Any, **kwargs: Any) -> Any:
+        """Hand over a call."""
+        ...
+
+    def cancel(self, futures: Any, /) -> Any:
+        """Take calls back."""
+        ...
+
+    def scheduler_info(self) -> Any:
+        """What the scheduler tells of itself."""
+        ...
+
+
+AnyExecutor = Executor | Cluster
 
 COPIES = 4
 """About so often the results of a chunk are held while it is computed and written."""
@@ -32,7 +54,7 @@ class Task:
         variation: the model at every combination.
         speed: the speeds, one per lane, (n,) or (n, revolutions).
         settings: the other arguments, as a manifest tells them.
-        compute: the verb at a model and some of the speeds.
+        compute: the verb at a model and some of the speeds; of functions that can be named, so that it can be sent.
         implausible: what is implausible about a model, all speeds, and the other arguments, in words.
         points: points per lane, for the progress bar.
         lanes: lanes that make up a chunk of a few seconds.

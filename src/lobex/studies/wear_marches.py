@@ -1,6 +1,7 @@
 """``march_wear``, with further axes and a store: each chunk is a march of its own."""
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
@@ -15,7 +16,7 @@ from lobex.processes.plausible import implausible
 from lobex.processes.regenerative import Rub
 from lobex.results.blading_wear import BladingWear
 from lobex.results.wear_map import WearMap
-from lobex.studies.task import COPIES, Numbers, Over, Path, Share, Task
+from lobex.studies.task import COPIES, AnyExecutor, Numbers, Over, Path, Task
 from lobex.studies.variation import Variation, axes_of
 
 if TYPE_CHECKING:
@@ -44,7 +45,7 @@ def march_wear(
     tracks: Sequence[int] | None = None,
     watched: int = 0,
     store: Path | None = None,
-    processes: Share | None = None,
+    executor: AnyExecutor | None = None,
     progress: bool = False,
 ) -> WearMap | BladingWear: ...
 @overload
@@ -63,7 +64,7 @@ def march_wear(
     watched: int = 0,
     over: Over,
     store: Path | None = None,
-    processes: Share | None = None,
+    executor: AnyExecutor | None = None,
     progress: bool = False,
 ) -> "Study": ...
 def march_wear(
@@ -81,7 +82,7 @@ def march_wear(
     watched: int = 0,
     over: Over | None = None,
     store: Path | None = None,
-    processes: Share | None = None,
+    executor: AnyExecutor | None = None,
     progress: bool = False,
 ) -> "WearMap | BladingWear | Study":
     """March rubbing blades over some revolutions at every speed, wearing the casing: chapter 1, for real blades too.
@@ -113,7 +114,7 @@ def march_wear(
             out. Of those in one track each comes to what the one before it has left.
         watched: so many of the last contact directions are no contacts: what they see, such as displacements in other
             directions, a root moment or a stress, is recorded as the tip is.
-        over, store, processes: further axes, the study's folder and its share, as ``sweep`` takes them. Names are
+        over, store, executor: further axes, the study's folder and who computes it, as ``sweep`` takes them. Names are
             such as "modes.damping_ratio", "casing.amplitude" and "law.stiffness"; each of the three may be a function
             of a dictionary of numbers, which gets the names that are no paths.
         progress: show a progress bar on standard error; with ``over`` or ``store``, if that is a terminal.
@@ -127,7 +128,8 @@ def march_wear(
             the first mode or of what the contact can feed, or fewer steps than central differences are stable with
             (the message names the speed and the steps that it needs), for lists of other lengths than there are
             contacts and tracks, two contacts of a track in one cell, a casing that gives way in another number of
-            directions than there are contacts, and axes or stores as ``sweep`` refuses them.
+            directions than there are contacts, and axes, stores or executors as ``sweep``
+            refuses them.
 
     Warns:
         SweepWarning: when lanes blew up: they are NaN and their speeds are named; or when chunks of the store were
@@ -144,7 +146,7 @@ def march_wear(
     turns |= {name: value for name, value in given.items() if value is not None and np.size(value) and np.any(value)}
     if tracks is not None:
         turns["tracks"] = tracks
-    if over is None and store is None and processes is None:
+    if over is None and store is None and executor is None:
         return wear.march_wear(modes, casing, law, speed, **turns, progress=progress)
     from lobex.studies.run import run_study
 
@@ -162,10 +164,14 @@ def march_wear(
         variation=variation,
         speed=speeds,
         settings=turns,
-        compute=lambda model, part: wear.march_wear(**model, speed=part, **turns, plausible=False),
+        compute=partial(_march, turns=turns),
         implausible=lambda model: implausible(Rub(getattr(model["modes"], "blade", model["modes"])), speeds),
         points=revolutions,
         lanes=max(min(_LANES, _STEPS // (steps * arranged.place.size)), 1),
         bytes=COPIES * wear.bytes_of_lane(arranged, revolutions, steps_per_revolution, samples_per_revolution),
     )
-    return run_study(task, store, processes, progress, over is not None)
+    return run_study(task, store, executor, progress, over is not None)
+
+
+def _march(model: dict[str, Any], speed: np.ndarray, *, turns: dict[str, Any]) -> WearMap | BladingWear:
+    return wear.march_wear(**model, speed=speed, **turns, plausible=False)
