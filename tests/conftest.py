@@ -28,7 +28,7 @@ from lobex._programs import forget_if_many
 # Files that take longest begin first, so that the workers end together.
 LONGEST = (
     *("docs", "problems", "exact_limits", "transformations", "notebooks", "gallery", "shell", "sweep", "readme"),
-    *("duhamel", "general_error", "gradients", "study_processes", "orbit", "cutter", "several_contacts"),
+    *("duhamel", "general_error", "gradients", "study_processes", "cluster", "orbit", "cutter", "several_contacts"),
     *("critical_constant", "speed_variation", "cutting_orbit", "orbit_map", "advice", "cutter_shapes"),
     *("structure_tables", "linear_delay", "band", "closed_form", "sensitivity", "critical", "distributed", "shapes"),
     *("random_models", "operators", "turning_simulation", "wear", "chatter", "exact_limit_verb", "boundary"),

@@ -11,6 +11,7 @@ import numpy as np
 import lobex
 from lobex.studies.local_processes import Processes
 from lobex.studies.run import _Work
+from lobex.studies.store import Store
 
 COUNT = 20
 
@@ -31,6 +32,12 @@ def study(folder, executor=None, progress=False):
 def names(folder):
     """The files of a store; the names of chunks carry checksums, so that the same names are the same bits."""
     return sorted(path.name for path in folder.glob("[!.]*")) if folder.exists() else []
+
+
+def results(folder):
+    """The numbers of every chunk that is there, and all that is said of them."""
+    store = Store.open(folder)
+    return {number: store.read(number) for number in sorted(store.present())}
 
 
 @contextlib.contextmanager

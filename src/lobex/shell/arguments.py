@@ -56,6 +56,8 @@ class Storage:
     """Folder that chunks of the work go to as they are done. The same command goes on where it was ended."""
     processes: Annotated[int | None, count_hint("1")] = None
     """Processes of this machine that compute chunks of the store; each has a GPU of its own where there are several."""
+    dask: Annotated[str | None, tyro.conf.arg(metavar="ADDRESS", help_behavior_hint="(default: none)")] = None
+    """Address of a dask scheduler, whose workers compute the chunks, such as tcp://node:8786; all see DIR."""
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,9 @@
-"""``--store``, ``--processes``: where a command's work goes to, and who does it."""
+"""``--store``, ``--processes`` and ``--dask``: where a command's work goes to, and who does it."""
 
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from typing import Any
 
 from lobex import _checks
@@ -16,9 +17,16 @@ _MOST_PROCESSES = 256
 def stored(flags: Storage) -> Iterator[dict[str, Any]]:
     """What a verb is told of its store and of who computes its chunks, who are there until the end."""
     if flags.store is None:
-        if flags.processes is not None:
-            raise ValueError(f"processes = {flags.processes} has no use without --store DIR, which is shared")
+        for name in ("processes", "dask"):
+            if getattr(flags, name) is not None:
+                raise ValueError(f"{name} = {getattr(flags, name)} has no use without --store DIR, which is shared")
         yield {}
+        return
+    if flags.dask is not None:
+        if flags.processes is not None:
+            raise ValueError(f"dask = {flags.dask!r} has processes of its own; drop one of --processes and --dask")
+        with _client(flags.dask) as executor:
+            yield {"store": flags.store, "executor": executor}
         return
     count = 1 if flags.processes is None else _checks.integer("processes", flags.processes, 1, _MOST_PROCESSES)
     if count == 1:
@@ -30,3 +38,17 @@ def stored(flags: Storage) -> Iterator[dict[str, Any]]:
     os.environ.setdefault("XLA_PYTHON_CLIENT_PREALLOCATE", "false")
     with Processes(count) as executor:
         yield {"store": flags.store, "executor": executor}
+
+
+def _client(address: str) -> Any:
+    """A client of the scheduler at an address."""
+    try:
+        distributed = import_module("distributed")
+    except ImportError:
+        raise ValueError(
+            f"dask = {address!r} takes distributed, which is not installed; run pip install 'lobex[cluster]'"
+        ) from None
+    try:
+        return distributed.Client(address)
+    except (OSError, ValueError) as error:
+        raise ValueError(f"dask = {address!r} has no scheduler ({error}); give such as tcp://node:8786") from None

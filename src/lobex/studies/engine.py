@@ -6,6 +6,7 @@ import uuid
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor, wait
+from contextlib import suppress
 from functools import partial
 from multiprocessing.reduction import ForkingPickler
 from queue import SimpleQueue
@@ -28,6 +29,8 @@ class Engine:
 
     lost: tuple[type[Exception], ...] = (BrokenExecutor,)
     """What a call ends with whose worker died."""
+    gone: tuple[type[Exception], ...] = (CancelledError,)
+    """What a call ends with when there is nobody left to hand it over again."""
 
     def __init__(self, executor: Executor | None) -> None:
         self.executor = executor or _Here()
@@ -54,7 +57,9 @@ class Engine:
         try:
             return self.executor.submit(call, argument)
         except RuntimeError as error:
-            raise ValueError(f"executor = {self} takes no more work ({error}); give a new one") from error
+            raise ValueError(
+                f"executor = {self} takes no more work ({_line(error)}); run the same with a new one"
+            ) from error
 
     def cancel(self, futures: list[Any], patient: bool) -> None:
         """Take back what has not begun, and wait for what has."""
@@ -67,8 +72,8 @@ class Engine:
             ForkingPickler.dumps(argument)
         except Exception as error:
             raise ValueError(
-                f"executor = {self} cannot send the model to another process ({error}); define its functions in a "
-                "module, or give a dask Client, which sends them"
+                f"executor = {self} cannot send the model to another process ({_line(error)}); define its functions in "
+                "a module, or give a dask Client, which sends them"
             ) from error
         self.unproved = False
 
@@ -78,7 +83,9 @@ class _OnCluster(Engine):
 
     def __init__(self, client: Cluster) -> None:
         self.client, self.ahead = client, _AHEAD
-        self.lost = (BrokenExecutor, sys.modules["distributed"].KilledWorker)
+        distributed = sys.modules["distributed"]
+        self.lost = (BrokenExecutor, distributed.KilledWorker)
+        self.gone = (CancelledError, distributed.comm.CommClosedError)
         if client.asynchronous:
             raise ValueError("executor is an asynchronous dask Client; give one that is not")
 
@@ -86,12 +93,16 @@ class _OnCluster(Engine):
         return "dask Client"
 
     def submit(self, name: str, function: Callable[[Any], Any], argument: Any) -> Any:
+        if self.client.status != "running":
+            raise ValueError(f"executor = {self} has lost its scheduler; run the same with a new one")
         # A name that was there before, such as that of a call whose workers died, would be the same call.
         key = f"{name}-{uuid.uuid4().hex[:8]}"
         return self.client.submit(partial(granted, None, os.getpid(), function), argument, key=key)
 
     def cancel(self, futures: list[Any], patient: bool) -> None:
-        self.client.cancel(futures)
+        if futures and self.client.status == "running":
+            with suppress(*self.gone):
+                self.client.cancel(futures)
 
 
 class _Here(Executor):
@@ -173,14 +184,20 @@ def ended(
                 if deaths > _DEATHS:
                     raise ValueError(
                         f"executor = {engine} lost its workers {deaths} times in a row, the last time at {label} "
-                        f"{number} ({error}); give them more memory, or fewer at once"
+                        f"{number} ({_line(error)}); give them more memory, or fewer at once"
                     ) from error
                 again.append(number)
                 continue
-            except CancelledError as error:
-                raise ValueError(f"executor = {engine} gave its work up ({error}); give a new one") from error
+            except engine.gone as error:
+                raise ValueError(
+                    f"executor = {engine} gave its work up ({_line(error)}); run the same with a new one"
+                ) from error
             deaths = 0
             del born[number]
             yield number, result
     finally:
         engine.cancel(list(futures.values()), not interruption.twice)
+
+
+def _line(error: BaseException) -> str:
+    return " ".join(str(error).split())

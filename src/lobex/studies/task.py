@@ -25,6 +25,7 @@ class Cluster(Protocol):
     """What is asked of a ``dask.distributed.Client``."""
 
     asynchronous: Any
+    status: str
 
     def submit(self, func: Any, /, *args: Any, **kwargs: Any) -> Any:
         """Hand over a call."""
@@ -32,10 +33,6 @@ class Cluster(Protocol):
 
     def cancel(self, futures: Any, /) -> Any:
         """Take calls back."""
-        ...
-
-    def scheduler_info(self) -> Any:
-        """What the scheduler tells of itself."""
         ...
 
 
