@@ -1,7 +1,7 @@
 """``sweep``, with further axes and a store: each chunk is a sweep of its own."""
 
 from functools import partial
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, Unpack, overload
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from lobex.processes.plausible import implausible
 from lobex.processes.process import Process, check_gain, check_process, check_speed
 from lobex.results.chart import Chart
 from lobex.results.description import describe
-from lobex.studies.task import COPIES, AnyExecutor, Numbers, Over, Path, Task
+from lobex.studies.task import COPIES, AnyExecutor, Numbers, Over, Path, Run, Task
 from lobex.studies.variation import Variation, axes_of
 
 if TYPE_CHECKING:
@@ -28,27 +28,10 @@ _BYTES = 40
 
 
 @overload
-def sweep(
-    process: Process,
-    speed: Any,
-    gain: Any,
-    method: AnyMethod = AUTO,
-    *,
-    store: Path | None = None,
-    executor: AnyExecutor | None = None,
-    progress: bool = False,
-) -> Chart: ...
+def sweep(process: Process, speed: Any, gain: Any, method: AnyMethod = AUTO, **run: Unpack[Run]) -> Chart: ...
 @overload
 def sweep(
-    process: Process | Numbers,
-    speed: Any,
-    gain: Any,
-    method: AnyMethod = AUTO,
-    *,
-    over: Over,
-    store: Path | None = None,
-    executor: AnyExecutor | None = None,
-    progress: bool = False,
+    process: Process | Numbers, speed: Any, gain: Any, method: AnyMethod = AUTO, *, over: Over, **run: Unpack[Run]
 ) -> "Study": ...
 def sweep(
     process: Any,

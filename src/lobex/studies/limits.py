@@ -1,7 +1,7 @@
 """``critical_gain``, with further axes and a store: each chunk is a search of its own."""
 
 from functools import partial
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, Unpack, overload
 
 import numpy as np
 
@@ -14,11 +14,13 @@ from lobex.processes.plausible import implausible
 from lobex.processes.process import Process, check_process, check_speed
 from lobex.results.description import describe
 from lobex.results.limit import Limit
-from lobex.studies.task import COPIES, AnyExecutor, Numbers, Over, Path, Task
+from lobex.studies.task import COPIES, AnyExecutor, Numbers, Over, Path, Run, Task
 from lobex.studies.variation import Variation, axes_of
 
 if TYPE_CHECKING:
     from lobex.studies.study import Study
+
+Bounds = tuple[Any, Any]
 
 # Speeds of a chunk, some seconds' work, and what is kept of each.
 _BY_ROOTS, _BY_OPERATORS, _BYTES = 4096, 128, 200
@@ -26,33 +28,23 @@ _BY_ROOTS, _BY_OPERATORS, _BYTES = 4096, 128, 200
 
 @overload
 def critical_gain(
-    process: Process,
-    speed: Any,
-    bounds: tuple[Any, Any],
-    method: AnyMethod = AUTO,
-    *,
-    scan: int = 65,
-    store: Path | None = None,
-    executor: AnyExecutor | None = None,
-    progress: bool = False,
+    process: Process, speed: Any, bounds: Bounds, method: AnyMethod = AUTO, *, scan: int = 65, **run: Unpack[Run]
 ) -> Limit: ...
 @overload
 def critical_gain(
     process: Process | Numbers,
     speed: Any,
-    bounds: tuple[Any, Any],
+    bounds: Bounds,
     method: AnyMethod = AUTO,
     *,
     scan: int = 65,
     over: Over,
-    store: Path | None = None,
-    executor: AnyExecutor | None = None,
-    progress: bool = False,
+    **run: Unpack[Run],
 ) -> "Study": ...
 def critical_gain(
     process: Any,
     speed: Any,
-    bounds: tuple[Any, Any],
+    bounds: Bounds,
     method: AnyMethod = AUTO,
     *,
     scan: int = 65,
@@ -131,5 +123,5 @@ def critical_gain(
     return run_study(task, store, executor, progress, over is not None)
 
 
-def _limit(model: Any, speed: np.ndarray, *, bounds: tuple[Any, Any], method: AnyMethod, scan: int) -> Limit:
+def _limit(model: Any, speed: np.ndarray, *, bounds: Bounds, method: AnyMethod, scan: int) -> Limit:
     return critical.critical_gain(model, speed, bounds, method, scan=scan, plausible=False)

@@ -4,7 +4,7 @@ import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import Any, Protocol, TypedDict, runtime_checkable
 
 import numpy as np
 
@@ -37,6 +37,15 @@ class Cluster(Protocol):
 
 
 AnyExecutor = Executor | Cluster
+
+
+class Run(TypedDict, total=False):
+    """Where chunks go to and who computes them, as ``sweep`` takes it."""
+
+    store: Path | None
+    executor: AnyExecutor | None
+    progress: bool
+
 
 COPIES = 4
 """About so often the results of a chunk are held while it is computed and written."""

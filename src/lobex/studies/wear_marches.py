@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, Unpack, overload
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from lobex.processes.plausible import implausible
 from lobex.processes.regenerative import Rub
 from lobex.results.blading_wear import BladingWear
 from lobex.results.wear_map import WearMap
-from lobex.studies.task import COPIES, AnyExecutor, Numbers, Over, Path, Task
+from lobex.studies.task import COPIES, AnyExecutor, Numbers, Over, Path, Run, Task
 from lobex.studies.variation import Variation, axes_of
 
 if TYPE_CHECKING:
@@ -30,6 +30,16 @@ Casings = Casing | Sequence[Casing]
 Laws = ContactLaw | Sequence[ContactLaw]
 
 
+class Settings(Run, total=False):
+    """The further arguments of ``march_wear``; see there."""
+
+    samples_per_revolution: int
+    incursion: float
+    angles_degrees: ArrayLike | None
+    tracks: Sequence[int] | None
+    watched: int
+
+
 @overload
 def march_wear(
     modes: Any,
@@ -38,15 +48,7 @@ def march_wear(
     speed: Any,
     revolutions: int = 20,
     steps_per_revolution: int = 4096,
-    *,
-    samples_per_revolution: int = 512,
-    incursion: float = 0.0,
-    angles_degrees: ArrayLike | None = None,
-    tracks: Sequence[int] | None = None,
-    watched: int = 0,
-    store: Path | None = None,
-    executor: AnyExecutor | None = None,
-    progress: bool = False,
+    **settings: Unpack[Settings],
 ) -> WearMap | BladingWear: ...
 @overload
 def march_wear(
@@ -57,15 +59,8 @@ def march_wear(
     revolutions: int = 20,
     steps_per_revolution: int = 4096,
     *,
-    samples_per_revolution: int = 512,
-    incursion: float = 0.0,
-    angles_degrees: ArrayLike | None = None,
-    tracks: Sequence[int] | None = None,
-    watched: int = 0,
     over: Over,
-    store: Path | None = None,
-    executor: AnyExecutor | None = None,
-    progress: bool = False,
+    **settings: Unpack[Settings],
 ) -> "Study": ...
 def march_wear(
     modes: Any,
