@@ -33,9 +33,9 @@ def compiled_quickly(function: Callable[Arguments, Result]) -> Callable[Argument
 
     @wraps(function)
     def called(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
-        import jax
+        from jax.core import trace_ctx
 
-        alone = jax.core.trace_ctx.is_top_level() and not is_traced((args, kwargs))
+        alone = trace_ctx.is_top_level() and not is_traced((args, kwargs))
         return program(alone)(*args, **kwargs)
 
     return called

@@ -74,7 +74,7 @@ def _ordered(curve: ReceptanceCurve, row: Int[AnyArray, " points"], offset: Floa
         high = [jnp.concatenate(pair) for pair in zip(high, last, strict=True)]
         row = jnp.concatenate([row, row[-1:]])
         present = jnp.concatenate([present, response.real[-1:] < 0])
-    gain: Array = jnp.where(present & (low[3] < 0), on_boundary(low[3]), jnp.inf)
+    gain = cast(Array, jnp.where(present & (low[3] < 0), on_boundary(low[3]), jnp.inf))
     order = jnp.argsort(gain)
     return Stretches(*(a[order] for a in (row, low[0], high[0], low[1], high[1], low[2], high[2], gain)))
 
