@@ -214,6 +214,16 @@ def test_a_boundary_without_curves_comes_back(tmp_path):
     assert len(lobex.load(tmp_path / "none.nc")) == 0
 
 
+def test_a_cluster_that_is_gone_keeps_no_result_from_its_file(tmp_path):
+    dask = pytest.importorskip("dask")
+    result = RESULTS["chart"]()
+    # So a client leaves it that lost its scheduler.
+    with dask.config.set(scheduler="dask.distributed"):
+        result.save(tmp_path / "r.nc")
+        loaded = lobex.load(tmp_path / "r.nc")
+    assert_same_fields(loaded, result)
+
+
 # --- MATLAB and tables
 
 

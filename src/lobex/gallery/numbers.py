@@ -6,7 +6,7 @@ from pathlib import Path
 import xarray
 
 from lobex.gallery.reproduction import Reproduction, Results
-from lobex.results.saving import in_parts
+from lobex.results.saving import in_parts, write_netcdf
 
 
 def save_numbers(figure: Reproduction, results: Results, path: Path) -> None:
@@ -21,11 +21,11 @@ def save_numbers(figure: Reproduction, results: Results, path: Path) -> None:
     names = list(results)
     partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
     try:
-        xarray.Dataset(attrs={"figure": figure.name, "title": figure.title}).to_netcdf(partial, engine="h5netcdf")
+        write_netcdf(xarray.Dataset(attrs={"figure": figure.name, "title": figure.title}), partial)
         for name in names:
             dataset = results[name] if isinstance(results[name], xarray.Dataset) else results[name].to_xarray()
             group = None if len(names) == 1 else name
-            in_parts(dataset).to_netcdf(partial, mode="a", group=group, engine="h5netcdf")
+            write_netcdf(in_parts(dataset), partial, mode="a", group=group)
         os.replace(partial, path)
     except OSError as error:
         raise ValueError(f"path = {str(path)!r} cannot be written ({error}); choose another folder") from error

@@ -1,9 +1,11 @@
 """A result's dataset as a file: NetCDF-4, MATLAB or a table, by the ending of its name."""
 
 import os
+import sys
 from collections.abc import Callable
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray
@@ -24,7 +26,7 @@ def save_dataset(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
     """
     target = checked(path)
     if target.suffix.lower() == ".nc":
-        in_one_step(target, lambda file: in_parts(dataset).to_netcdf(file, engine="h5netcdf", format="NETCDF4"))
+        in_one_step(target, lambda file: write_netcdf(in_parts(dataset), file))
     elif target.suffix.lower() == ".mat":
         from lobex.results.matlab import write_matlab
 
@@ -33,6 +35,13 @@ def save_dataset(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
         from lobex.results.table import write_table
 
         in_one_step(target, lambda file: write_table(in_parts(dataset), file))
+
+
+def write_netcdf(dataset: xarray.Dataset, file: Path, **how: Any) -> None:
+    """Write a NetCDF-4 file in this process, whatever cluster there is, or was: xarray would ask for that."""
+    dask = sys.modules.get("dask.config")
+    with nullcontext() if dask is None else dask.set(scheduler="synchronous"):
+        dataset.to_netcdf(file, engine="h5netcdf", format="NETCDF4", **how)
 
 
 def checked(path: str | os.PathLike[str]) -> Path:

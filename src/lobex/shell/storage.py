@@ -49,6 +49,7 @@ def _client(address: str) -> Any:
             f"dask = {address!r} takes distributed, which is not installed; run pip install 'lobex[cluster]'"
         ) from None
     try:
-        return distributed.Client(address)
+        # For nothing but the chunks: what xarray writes stays here.
+        return distributed.Client(address, set_as_default=False)
     except (OSError, ValueError) as error:
         raise ValueError(f"dask = {address!r} has no scheduler ({error}); give such as tcp://node:8786") from None
