@@ -12,7 +12,10 @@ from lobex.studies.study import Study
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_QUANTITIES = {"amplitude": ("largest tip motion", 1e6, "µm"), "wear": ("cross-section removed", 1e6, "mm²")}
+_QUANTITIES = {
+    "amplitude": ("tip motion in the last revolution", 1e6, "µm"),
+    "wear": ("cross-section removed", 1e6, "mm²"),
+}
 _UNSTABLE = "#12436d"
 
 
