@@ -86,7 +86,7 @@ def test_what_is_refused_is_said_and_changes_nothing(turning):
     before = turning.state
     turning.controls.sliders["radial"].value = -1.0
     assert turning.state == before
-    assert "radial = -1e+06 must be positive" in turning._message.object
+    assert "radial = -1e+06 must be positive" in turning.status.message.object
     turning.controls.sliders["radial"].value = before.numbers.radial / 1e6
 
 
@@ -126,7 +126,7 @@ def test_cuts_are_overlaid_by_outcome(turning):
     assert turning.sheets._score.object.startswith("<b>1 of 2</b>")
     assert turning.figures.sources["CHATTER_BELOW_THE_LIMIT"].data["speed"] == pytest.approx([7000.0])
     turning.sheets.take_cuts("1, 2")
-    assert "has 2 columns" in turning._message.object
+    assert "has 2 columns" in turning.status.message.object
 
 
 @pytest.mark.parametrize(
@@ -199,7 +199,7 @@ def test_a_stage_of_blades_is_drawn_by_its_waves(turning):
     assert turning.slopes.table["mass[0]"] == pytest.approx(1.0, rel=1e-6)
     # Angles that make no turn are said, and change nothing.
     turning.change(lambda state: state.changed("blades", (replace(rows[0], spacing=61.0), *rows[1:])))
-    assert "spacing adds up to 361°" in html.unescape(turning._message.object)
+    assert "spacing adds up to 361°" in html.unescape(turning.status.message.object)
     assert turning.state.numbers.blades == rows
 
 
@@ -361,7 +361,7 @@ def test_a_measured_response_is_fitted_or_taken_as_it_is(turning, tmp_path, monk
     np.testing.assert_array_equal(names["limit"].gain, turning.limit.gain)
     # A link tells of the file, and does not hold it.
     again = Explorer(turning.state)
-    assert "give the file 'tap.csv' of the measured response again" in html.unescape(again._message.object)
+    assert "give the file 'tap.csv' of the measured response again" in html.unescape(again.status.message.object)
 
 
 def test_a_list_of_cuts_is_read_from_a_file(turning):
@@ -370,7 +370,7 @@ def test_a_list_of_cuts_is_read_from_a_file(turning):
     assert turning.settle()
     assert turning.sheets._score.object.startswith("<b>1 of 1</b>")
     turning.sheets._cuts_of_file("cuts.csv", b"speed,depth,chatter\n7000,0.001,no\n")
-    assert "unit" in turning._message.object
+    assert "unit" in turning.status.message.object
 
 
 def test_the_shell_refuses_what_it_cannot_show(shell):

@@ -1,11 +1,8 @@
 """The page: widgets change the state, a thread computes what follows from it, and figures are handed the columns."""
 
-import asyncio
 import warnings
-from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from threading import Timer
 from typing import Any
 
 import numpy as np
@@ -18,9 +15,11 @@ from lobex.explorer.curves import Slopes, first_look, in_closed_form, limit_of, 
 from lobex.explorer.drawn_columns import predicted_columns
 from lobex.explorer.lobe_figures import LobeFigures, lobe_figures, symbol_of
 from lobex.explorer.point import AtPoint, at_point
+from lobex.explorer.posting import Posts
 from lobex.explorer.recipes import recipe_of
 from lobex.explorer.sheets import Sheets
 from lobex.explorer.state import STARTS, Measured, Point, State
+from lobex.explorer.status_line import BUSY, StatusLine
 from lobex.explorer.warming import warmed
 from lobex.explorer.worker import Worker
 from lobex.plots.frame import speed_axis
@@ -30,10 +29,8 @@ from lobex.results.limit import Limit
 
 # In the order in which they are done.
 _KINDS = ("limit", "point", "advice", "slopes", "address", "warm")
-# After the last change of a number, s: while a slider moves the limit alone is drawn, and what takes less than some
-# tenths of a second is not announced.
+# After the last change of a number, s: while a slider moves the limit alone is drawn.
 _AFTER = {"slopes": 0.25, "address": 0.3, "warm": 1.0}
-_ANNOUNCED = 0.3
 _QUANTITIES = {
     "rub": CONTACT_STIFFNESS,
     "turning": DEPTH_OF_CUT,
@@ -41,7 +38,6 @@ _QUANTITIES = {
     "blading": CONTACT_STIFFNESS,
 }
 _SPEED_UNITS = {"rub": "Hz", "turning": "rpm", "milling": "rpm", "blading": "Hz"}
-_READY, _BUSY = "ready", "computing …"
 _SIZES = "a new size: programs are compiled …"
 
 
@@ -55,6 +51,8 @@ class Explorer(pn.viewable.Viewer):
         slopes: how it moves with the numbers; None until they are known.
         panes: in which the diagram stands.
         there: what was found of the point.
+        status: what the page says of itself.
+        post: has a function called where the page lives, from any thread.
     """
 
     def __init__(self, state: State, responses: dict[str, Any] | None = None) -> None:
@@ -66,24 +64,17 @@ class Explorer(pn.viewable.Viewer):
         self.slopes: Slopes | None = None
         self.there: AtPoint | None = None
         self._left: dict[str, State] = {}
-        self._doubting = False
-        document = pn.state.curdoc
-        self._document: Any = document if document is not None and document.session_context is not None else None
-        self._waiting: deque[Callable[[], None]] = deque()
-        self._loop = _running_loop() if self._document is None else None
-        self._busy_words = _BUSY
-        self._location: Any = pn.state.location if self._document is not None else None
-        self.worker = Worker(_KINDS, self._failed, self._tell_busy)
-        self._announced: Timer | None = None
-        self._words = _READY
-        self._status = pn.pane.HTML(_READY, width=300, margin=(8, 8), name="status")
-        self._message = pn.pane.HTML("", sizing_mode="stretch_width", margin=(0, 8), name="message")
+        posts = Posts(lambda: (*self.panes, *self.sheets.panes))
+        self.post, self._settle = posts.post, posts.settle
+        self._location: Any = pn.state.location if posts.in_browser else None
+        self.status = StatusLine(self.post)
+        self.worker = Worker(_KINDS, self.status.failed, self.status.tell)
         kinds = pn.widgets.RadioButtonGroup(options=list(STARTS), value=state.kind, margin=(4, 8), width=340)
         kinds.param.watch(lambda event: self._switch(event.new), "value")
         self._kinds = kinds
         self._body = pn.Row(margin=0, sizing_mode="stretch_width")
         title = pn.pane.HTML("<b>lobex explore</b>", margin=(8, 12), styles={"font-size": "17px"})
-        head = pn.Row(title, kinds, self._status, self._message, margin=0, sizing_mode="stretch_width")
+        head = pn.Row(title, kinds, self.status.state, self.status.message, margin=0, sizing_mode="stretch_width")
         self._whole = pn.Column(head, self._body, margin=0, sizing_mode="stretch_width")
         self._build()
 
@@ -111,10 +102,10 @@ class Explorer(pn.viewable.Viewer):
         try:
             new = to(self.state)
         except ValueError as error:
-            self.say(str(error))
+            self.status.say(str(error))
             return
         if new != self.state:
-            self.say("")
+            self.status.say("")
             self.go_to(new)
 
     def go_to(self, state: State) -> None:
@@ -136,22 +127,12 @@ class Explorer(pn.viewable.Viewer):
     def settle(self, timeout: float = 600.0) -> bool:
         """Wait until nothing is computed any more; whether that is so."""
         settled = self.worker.settle(timeout)
-        if self._waiting:
-            # A cell that waits keeps the notebook from it.
-            self._show_waiting()
+        self._settle()
         return settled
 
     def close(self) -> None:
         """End the thread."""
         self.worker.close()
-
-    def say(self, text: str, doubt: bool = False) -> None:
-        """Show a line: what was refused, or what is doubtful; nothing for no text."""
-        from html import escape
-
-        self._doubting = doubt
-        colour = "#8a5a00" if doubt else "#a3142b"
-        self._message.object = f'<span style="color:{colour}">{escape(text)}</span>' if text else ""
 
     def load(self, state: State) -> None:
         """Show the state of a file, all widgets anew."""
@@ -203,15 +184,17 @@ class Explorer(pn.viewable.Viewer):
         """Ask for the limit of the state."""
         state, response = self.state, self.response
         if isinstance(state.structure, Measured) and response is None:
-            self.say(f"give the file {state.structure.file!r} of the measured response again: a link does not hold it")
+            self.status.say(
+                f"give the file {state.structure.file!r} of the measured response again: a link does not hold it"
+            )
             return
         ahead = None if self.slopes is None or in_closed_form(state) else predicted(self.slopes, state)
         if ahead is not None:
             self.figures.show_ahead(predicted_columns(ahead, self.speed_unit, self.quantity))
         known = self.slopes is not None and recipe_of(state).sizes == self.slopes.recipe.sizes
-        self._busy_words = _BUSY if known or self.slopes is None else _SIZES
-        if self._busy_words == _SIZES:
-            self._show_busy(_SIZES)
+        self.status.busy = BUSY if known or self.slopes is None else _SIZES
+        if self.status.busy == _SIZES:
+            self.status.show(_SIZES)
         self.worker.forget("slopes")
         self.worker.forget("warm")
         self.worker.ask("limit", lambda: self._find_limit(state, response, ahead is not None))
@@ -221,11 +204,11 @@ class Explorer(pn.viewable.Viewer):
             warnings.simplefilter("always", LobexWarning)
             if not in_closed_form(state):
                 look = first_look(state)
-                self._post(lambda: self._show_look(state, look))
+                self.post(lambda: self._show_look(state, look))
                 yield
             limit = limit_of(state, response)
             doubts = [str(one.message) for one in told if issubclass(one.category, LobexWarning)]
-        self._post(lambda: self._show_limit(state, limit, doubts))
+        self.post(lambda: self._show_limit(state, limit, doubts))
         yield
 
     def _show_look(self, state: State, look: Limit) -> None:
@@ -237,8 +220,8 @@ class Explorer(pn.viewable.Viewer):
             return
         self.limit, self.drawn = limit, state
         self.figures.show(limit)
-        if doubts or self._doubting:
-            self.say("; ".join(dict.fromkeys(doubts)), doubt=True)
+        if doubts or self.status.doubting:
+            self.status.say("; ".join(dict.fromkeys(doubts)), doubt=True)
         self.sheets.limit_changed()
         if _model(state) != _model(self.state):
             return
@@ -247,7 +230,7 @@ class Explorer(pn.viewable.Viewer):
 
     def _find_slopes(self, state: State, limit: Limit) -> Iterator[None]:
         slopes = slopes_of(state, limit)
-        self._post(lambda: self._show_slopes(state, slopes))
+        self.post(lambda: self._show_slopes(state, slopes))
         yield
 
     def _show_slopes(self, state: State, slopes: Slopes) -> None:
@@ -291,7 +274,7 @@ class Explorer(pn.viewable.Viewer):
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", LobexWarning)
             there = at_point(state)
-        self._post(lambda: self._show_point(state, there))
+        self.post(lambda: self._show_point(state, there))
         yield
 
     def _show_point(self, state: State, there: AtPoint) -> None:
@@ -350,63 +333,8 @@ class Explorer(pn.viewable.Viewer):
         def show() -> None:
             location.param.update(search=f"?{query_of(self.state)}")
 
-        self._post(show)
+        self.post(show)
         yield
-
-    def _post(self, show: Callable[[], None]) -> None:
-        """Change the page from the thread that computes."""
-        if self._document is None:
-            self._waiting.append(show)
-            if self._loop is None:
-                self._show_waiting()
-            else:
-                self._loop.call_soon_threadsafe(self._show_waiting)
-            return
-
-        def at_once() -> None:
-            # In one message, of which the browser makes one frame.
-            self._document.hold("combine")
-            try:
-                show()
-            finally:
-                self._document.unhold()
-
-        self._document.add_next_tick_callback(at_once)
-
-    def _show_waiting(self) -> None:
-        """In a notebook: make the changes that wait, in its own thread, since messages of two would mix."""
-        while self._waiting:
-            self._waiting.popleft()()
-        # A notebook does not hear of what changes in a figure by itself.
-        pn.io.push_notebook(*self.panes, *self.sheets.panes)
-
-    def _failed(self, error: Exception) -> None:
-        text = str(error) if isinstance(error, ValueError) else f"{type(error).__name__}: {error}"
-        self._post(lambda: self.say(text))
-
-    def _tell_busy(self, busy: bool) -> None:
-        if busy and self._announced is None:
-            self._announced = Timer(_ANNOUNCED, lambda: self._post(lambda: self._show_busy(self._busy_words)))
-            self._announced.daemon = True
-            self._announced.start()
-        elif not busy and self._announced is not None:
-            self._announced.cancel()
-            self._announced = None
-            if self._words != _READY:
-                self._post(lambda: self._show_busy(_READY))
-
-    def _show_busy(self, words: str) -> None:
-        self._words = words
-        colour = "#3b7a3b" if words == _READY else "#8a5a00"
-        self._status.object = f'<span style="color:{colour}">● {words}</span>'
-
-
-def _running_loop() -> asyncio.AbstractEventLoop | None:
-    """That of a notebook, which runs while its cells do."""
-    try:
-        return asyncio.get_running_loop()
-    except RuntimeError:
-        return None
 
 
 def _model(state: State) -> tuple[Any, ...]:

@@ -40,7 +40,7 @@ def serve(state: State, port: int = 0, show: bool = True, **more: Any) -> Any:
             begun, told = state, str(error)
         explorer = Explorer(begun)
         if told:
-            explorer.say(told)
+            explorer.status.say(told)
         pn.state.on_session_destroyed(lambda _: explorer.close())
         return explorer
 

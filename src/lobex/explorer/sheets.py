@@ -196,7 +196,7 @@ class Sheets:
             bounds = None if process is None else (view.gain_low, view.gain_high)
             ends = (view.speed_low, view.speed_high)
             found = next_speed(frequency, passes, speed=ends, process=process, bounds=bounds)
-            page._post(lambda: self._show_speeds(found))
+            page.post(lambda: self._show_speeds(found))
             yield
 
         page.worker.ask("advice", work)
@@ -215,9 +215,9 @@ class Sheets:
         try:
             self.cuts = read_cuts_of(name, content)
         except ValueError as error:
-            self._page.say(str(error))
+            self._page.status.say(str(error))
             return
-        self._page.say("")
+        self._page.status.say("")
         self._judge()
 
     def take_cuts(self, text: str) -> None:
@@ -226,9 +226,9 @@ class Sheets:
         try:
             self.cuts = cuts_of_text(text, page.speed_unit, page.quantity)
         except ValueError as error:
-            page.say(str(error))
+            page.status.say(str(error))
             return
-        page.say("")
+        page.status.say("")
         self._judge()
 
     def _judge(self) -> None:
@@ -236,12 +236,12 @@ class Sheets:
         assert cuts is not None
         state = page.state
         if isinstance(state.structure, Measured):
-            page.say("cuts are held against modes; a measured response tells of limits alone")
+            page.status.say("cuts are held against modes; a measured response tells of limits alone")
             return
 
         def work() -> Any:
             told = outcomes(cuts, process_of(state))
-            page._post(lambda: self._show_cuts(told))
+            page.post(lambda: self._show_cuts(told))
             yield
 
         page.worker.ask("advice", work)
@@ -310,7 +310,7 @@ class Sheets:
             try:
                 read = read_model(name, content, page.state, kind, unit)
             except ValueError as error:
-                page.say(str(error))
+                page.status.say(str(error))
                 return
         if isinstance(read.state.structure, Measured):
             page.responses[read.state.structure.digest] = read.response
@@ -319,7 +319,7 @@ class Sheets:
         # What stands on the page now are other sheets.
         page.sheets.note.object = f"<pre>{escape(note)}</pre>" if note else ""
         page.sheets.tabs.active = 3 if note else 0
-        page.say("; ".join(str(one.message) for one in told), doubt=True)
+        page.status.say("; ".join(str(one.message) for one in told), doubt=True)
 
     def _limit(self) -> Any:
         return self._page.taken()[0]
