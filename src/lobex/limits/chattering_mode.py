@@ -139,8 +139,9 @@ def _labels_by_blocks(process: Process, speed: Float[np.ndarray, " n"], gain: An
     labels = no_labels(len(speed))
     structure = getattr(process, "modes", None)
     blades = structure.count if isinstance(structure, Blading) else 0
-    groups = [there[i : i + 1] for i in range(len(there))] if has_followers(process) else [there][: len(there)]
-    for group in groups:
+    if not len(there):
+        return labels
+    for group in there[:, None] if has_followers(process) else there[None]:
         at = float(speed[group[0]]), float(gain[group[0]])
         system = process.system(*at)
         size = np.shape(system.blocks)[1]
