@@ -27,14 +27,16 @@ from lobex._programs import forget_if_many
 
 # Files that take longest begin first, so that the workers end together.
 LONGEST = (
-    *("docs", "problems", "exact_limits", "transformations", "notebooks", "gallery", "shell", "sweep", "readme"),
-    *("duhamel", "general_error", "gradients", "study_processes", "cluster", "orbit", "cutter", "several_contacts"),
-    *("critical_constant", "speed_variation", "cutting_orbit", "orbit_map", "advice", "cutter_shapes"),
-    *("structure_tables", "linear_delay", "band", "closed_form", "sensitivity", "critical", "distributed", "shapes"),
-    *("random_models", "operators", "turning_simulation", "wear", "chatter", "exact_limit_verb", "boundary"),
-    *("devices", "milling_search", "study", "outputs_apart", "march_delay", "properties", "programs"),
-    *("several_delays", "characteristic_roots", "undamped", "design", "receptance_kinds", "force_shapes", "exact"),
-    *("general_methods", "precision", "chart", "duhamel_search"),
+    *("links", "problems", "explorer_page", "study_processes", "docs", "notebooks", "gallery", "critical"),
+    *("exact_limits", "transformations", "shell", "gradients", "duhamel", "growth_beside", "readme", "cluster"),
+    *("blading", "real_wear", "sweep", "stage_in_casing", "sensitivity", "march_delay", "properties", "cutter"),
+    *("multi_frequency", "operators", "random_models", "closed_form", "chatter", "study", "explorer_curves"),
+    *("modal_fit", "devices", "boundary", "critical_constant", "linear_delay", "band", "programs", "orbit"),
+    *("outputs_apart", "general_error", "exact_limit_verb", "characteristic_roots", "duhamel_search"),
+    *("force_shapes", "speed_variation", "reference", "precision", "store", "exact", "turning_simulation"),
+    *("cutter_shapes", "distributed", "undamped", "design", "plausible", "several_contacts", "chart"),
+    *("blade_limits", "frf_file", "wear", "cutting_orbit", "explorer_browser", "random_tools", "orbit_map"),
+    *("advice",),
 )
 # New objects, and rounds of the younger ones, after which Python looks for rubbish; 700, 10 and 10 by default.
 COLLECTED = (50_000, 20, 100)

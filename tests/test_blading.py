@@ -123,6 +123,7 @@ def test_mistuning_that_vanishes_leaves_the_tuned_limit():
     assert moved[0] / moved[1] == pytest.approx(4.0, rel=0.02)
 
 
+@pytest.mark.slow
 def test_gradients_by_mistuning_speed_and_damping_are_those_of_differences():
     mistuning = np.array(MISTUNING)
 

@@ -94,6 +94,7 @@ def test_traced_critical_gains_ask_the_same():
     assert np.asarray(traced) == pytest.approx(lobex.exact_limit(ROD, SPEEDS[:4]).gain, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_a_measured_receptance_in_a_class_of_ones_own():
     frequency = np.linspace(150, 2500, 4000)
     omega = 2 * np.pi * frequency[:, None]

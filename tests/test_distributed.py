@@ -50,6 +50,7 @@ def test_multipliers_are_those_of_the_characteristic_equation(powers):
     assert np.all(chart.error < 1e-8)
 
 
+@pytest.mark.slow
 def test_few_point_delays_come_to_it_with_twice_their_number():
     wanted = abs(multiplier(-3.0, (1.0, 0.0)))
     error = [abs(lobex.spectral_radius(process(nodes=n), 1.0, -3.0, TWELVE) / wanted - 1) for n in (1, 3)]

@@ -53,7 +53,9 @@ def slopes(kind):
     return state, SLOPES[kind]
 
 
-@pytest.mark.parametrize(("kind", "name", "share"), [("turning", "radial", 2.0), ("rub", "area", 1.3)])
+@pytest.mark.parametrize(
+    ("kind", "name", "share"), [("rub", "area", 1.3), pytest.param("turning", "radial", 2.0, marks=pytest.mark.slow)]
+)
 def test_a_prediction_of_what_only_scales_is_exact(kind, name, share):
     # K is proportional to the cross-section, and the depth of cut to 1/K_r.
     state, found = slopes(kind)
@@ -137,6 +139,7 @@ def test_coupled_blades_that_differ_are_searched():
     assert in_closed_form(stage.changed("blades", mistuned).changed("coupling", 0.0))
 
 
+@pytest.mark.slow
 def test_a_march_of_a_stage_grows_as_its_multiplier_says():
     stage = small("blading", speeds=8)
     speed = 100.0

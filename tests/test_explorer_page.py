@@ -172,6 +172,7 @@ def test_other_processes_have_pages_of_their_own(turning):
     assert turning.limit.gain == pytest.approx(known, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_a_stage_of_blades_is_drawn_by_its_waves(turning):
     turning.load(replace(STARTS["blading"], view=replace(STARTS["blading"].view, speeds=SPEEDS)))
     assert turning.settle()
@@ -338,6 +339,7 @@ def response_of(modes):
     return "\n".join(["Frequency [Hz],Real xx [m/N],Imag xx [m/N]", *rows]).encode()
 
 
+@pytest.mark.slow
 def test_a_measured_response_is_fitted_or_taken_as_it_is(turning, tmp_path, monkeypatch):
     tool = lobex.Modes.single(frequency=146.5, damping_ratio=0.02, mass=2.573)
     content = response_of(tool)

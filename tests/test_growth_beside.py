@@ -68,6 +68,7 @@ def test_samples_have_the_rates_of_their_modes(rod):
     assert np.all(found.error < 1e-3 * found.rate)
 
 
+@pytest.mark.slow
 def test_noise_hides_rates_before_it_hides_limits(rod):
     random = np.random.default_rng(2)
     noise = 1e-3 * np.max(np.abs(SAMPLES)) * random.standard_normal((2, len(SAMPLES))) / np.sqrt(2)
@@ -120,6 +121,7 @@ def test_of_measured_receptances_it_is_that_of_their_modes():
     assert np.all(np.abs(measured.rate - modal.rate) <= measured.error)
 
 
+@pytest.mark.slow
 def test_no_limit_has_no_rate():
     band = lobex.Receptance(FREQUENCY[:80], SAMPLES[:80])
     found = lobex.exact_limit(lobex.Rub(band), [200.0, 3000.0]).growth()

@@ -50,7 +50,12 @@ def largest(process):
 
 
 @pytest.mark.parametrize(
-    ("pitch", "immersion"), [([70, 110, 70, 110], 0.5), ([100, 120, 140], 0.3), ([80, 95, 85, 100], 0.5)]
+    ("pitch", "immersion"),
+    [
+        ([70, 110, 70, 110], 0.5),
+        pytest.param([100, 120, 140], 0.3, marks=pytest.mark.slow),
+        pytest.param([80, 95, 85, 100], 0.5, marks=pytest.mark.slow),
+    ],
 )
 def test_node_to_node_is_what_is_looked_up_between_the_nodes(pitch, immersion):
     process = mill(pitch, immersion)
@@ -64,6 +69,7 @@ def test_node_to_node_is_what_is_looked_up_between_the_nodes(pitch, immersion):
 HELICAL = lobex.Milling(TOOL, lobex.Cutter.end_mill(0.016, pitch_degrees=[150, 210], helix_degrees=30.0), 6e8, 2e8, 0.4)
 
 
+@pytest.mark.slow
 def test_node_to_node_is_what_is_looked_up_between_the_nodes_with_a_helix_too():
     ((laid, served),) = HELICAL.by_gain(np.array([0.0, 2e-3]))
     assert served.all()
@@ -91,6 +97,7 @@ def test_places_of_a_helix_are_in_one_order_between_two_depths():
                     assert left == pytest.approx(mesh.start[link.piece], abs=1e-8)
 
 
+@pytest.mark.slow
 def test_other_methods_know_no_places_that_are_closed():
     """They look up where no force acts as well."""
     process = mill([100, 120, 140], 0.3)
@@ -191,8 +198,9 @@ def test_one_tooth_at_a_time_remembers_a_chip_a_node(immersion):
     assert chips[:6] == pytest.approx(forces[:6], rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::lobex.SweepWarning")
-@pytest.mark.parametrize("discs", [False, pytest.param(True, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("discs", [False, True])
 def test_gradients_by_pitch_are_those_of_differences_where_places_coincide(discs):
     """One tooth leaves as another one enters, and images of jumps meet others: places that are one till angles move."""
     tool, method = lobex.Modes.single(frequency=510.0, damping_ratio=0.02, mass=0.5), lobex.Duhamel(nodes=18)

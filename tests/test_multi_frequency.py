@@ -65,6 +65,7 @@ def test_what_the_mean_force_neglects_is_little_at_half_immersion_and_much_at_a_
     assert ratio(FLAT, 1, 0.5, "down", rpm=5000.0) == pytest.approx(1.97, abs=0.03)
 
 
+@pytest.mark.slow
 def test_the_error_falls_with_the_third_power_of_the_reach():
     process, top = milling(PLANE, 4, 0.5, "down"), 563.6
     gain = [lobex.multi_frequency_limit(process, 9000 / 60, reach=k * top).gain[0] for k in (2, 4, 8, 24)]

@@ -155,7 +155,10 @@ PIECES = {
 
 # That nodes are few is said.
 @pytest.mark.filterwarnings("ignore::lobex.SweepWarning")
-@pytest.mark.parametrize("kind", with_long(PIECES, set(PIECES) - set(QUICK)))
+@pytest.mark.parametrize(
+    "kind",
+    [*with_long(QUICK, ["short delay"], pytest.mark.slow), *with_long([k for k in PIECES if k not in QUICK], PIECES)],
+)
 def test_duhamel_is_of_twice_the_order_of_its_nodes(kind):
     problem = ONE[kind]
     pieces, errors = [], []

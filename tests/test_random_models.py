@@ -81,6 +81,7 @@ def test_random_models(first):
         check(seed, (1, 3, 8))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [600, *(pytest.param(seed, marks=pytest.mark.search) for seed in (601, 602))])
 def test_random_models_of_more_modes_than_starts_are_taken_from(seed):
     check(seed, (60,))

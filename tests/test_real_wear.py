@@ -100,6 +100,7 @@ def test_growth_under_a_law_that_follows_the_rate_is_the_multiplier():
     assert np.abs(grown(march)) == pytest.approx([expected], rel=1e-4)
 
 
+@pytest.mark.slow
 def test_growth_of_blades_coupled_through_the_disc_is_the_multiplier():
     blading = replace(MISTUNED, coupling=60.0)
     steps, stiffness = 1024, 0.5 * limit(PLAIN, 4 * SPEED)

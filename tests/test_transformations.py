@@ -62,7 +62,9 @@ def test_models_of_jax_arrays_are_those_of_numpy_inside_and_outside_of_jit(verb)
         np.testing.assert_array_equal(result, expected)
 
 
-@pytest.mark.parametrize(("make", "gain", "bounds"), [(rub, 1e5, BOUNDS), (mill, 1e-3, (0.0, 2e-2))])
+@pytest.mark.parametrize(
+    ("make", "gain", "bounds"), [(rub, 1e5, BOUNDS), pytest.param(mill, 1e-3, (0.0, 2e-2), marks=pytest.mark.slow)]
+)
 def test_a_speed_is_traced_with_a_model_of_float32_arrays_closed_over(make, gain, bounds):
     process = make(jnp)
     assert process.modes.angular_frequency.dtype == jnp.float32
@@ -101,6 +103,7 @@ def test_the_gradient_of_the_critical_gain_through_a_rod_as_jax_comes(slope):
     assert float(jax.grad(stiffness)(210e7)) == pytest.approx(slope, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_the_gradient_of_the_critical_gain_through_a_rod_in_every_form(slope):
     many = np.array([0.5, 1.0, 2.0]) * 210e7
     with jax.enable_x64(True):
@@ -117,6 +120,7 @@ def test_the_gradient_of_the_critical_gain_through_a_rod_in_every_form(slope):
     assert float(forward) == pytest.approx(float(by_modulus[1]), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_the_traced_limit_is_the_plain_one_above_a_first_unstable_interval_too():
     speed = np.linspace(60, 300, 41)
     statuses = set()

@@ -52,6 +52,7 @@ def test_the_least_damping_defines_it_and_an_unseen_mode_does_not_matter():
     assert lobex.exact_limit(lobex.Turning(seen, RADIAL), WHOLE).status.tolist() == ["undefined"] * 4
 
 
+@pytest.mark.slow
 def test_critical_gain_says_the_same():
     bounds = (1e-5, 2e-2)
     speeds = np.r_[WHOLE, 0.98 * WHOLE, 1.02 * WHOLE]
