@@ -87,6 +87,7 @@ def xla_threads():
     return sum("XLAEigen" in path.read_text() for path in Path("/proc/self/task").glob("*/comm"))
 
 
+@pytest.mark.slow
 def test_functions_in_a_model_are_sent(client):
     rate = 0.5
     equation = lobex.LinearDelay([[-1.0]], [(lambda t, speed, gain: rate * gain, None)])
@@ -142,6 +143,7 @@ class Scheduler:
             process.wait()
 
 
+@pytest.mark.slow
 def test_a_study_whose_scheduler_is_killed_is_completed_by_the_same_call(uninterrupted, tmp_path):
     folder = tmp_path / "s"
     with (
@@ -197,6 +199,7 @@ def test_ten_killed_workers_and_five_killed_schedulers_lose_nothing(uninterrupte
 LOBES = ("lobes", "rub", "--elements", "1", "--speed", "700:1400:210", "--gain", "0:4e6:100", "--nodes", "10")
 
 
+@pytest.mark.slow
 def test_the_shell_hands_its_chunks_to_a_scheduler(cluster, tmp_path, shell):
     done = shell(*LOBES, "--store", "s", "--dask", cluster.scheduler_address, "--out", "a")
     assert done.code == 0, done.err

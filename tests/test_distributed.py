@@ -58,6 +58,7 @@ def test_few_point_delays_come_to_it_with_twice_their_number():
     assert error[1] < error[0] / 500
 
 
+@pytest.mark.slow
 def test_ends_that_follow_the_speed_and_a_kernel_that_is_a_number():
     window = lobex.LinearDelay(
         A,

@@ -27,7 +27,7 @@ import pages  # noqa: E402
 import reference_rows  # noqa: E402
 
 # Their code takes longest, as every cutter and equation compiles programs of its own.
-LONG = {"advice.md", "cutters.md", "forced_motion.md", "measured.md", "own_equation.md"}
+LONG = {"advice.md", "blades.md", "cutters.md", "forced_motion.md", "measured.md", "own_equation.md", "receptance.md"}
 # Rendered notebooks have tests of their own (test_notebooks.py), and so has cluster.md (test_study.py).
 PAGES = [p for p in sorted([*DOCS.glob("*.md"), *DOCS.glob("howto/*.md")]) if p.name != "cluster.md"]
 CONTENT = pages.read(DOCS)

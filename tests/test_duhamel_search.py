@@ -54,6 +54,7 @@ def random_model(rng, modes, waves):
     return omega, ratio, shape, speed, np.sort(10 ** rng.uniform(-2, 4, 8)) / (-2 * response.min())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("modes", [1, 3])
 def test_sixteen_nodes_are_right_or_say_so(modes):
     rng = np.random.default_rng(modes)
@@ -69,6 +70,7 @@ SLOW = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("omega", "ratio", "shape", "speed", "gains"), SLOW)
 def test_a_contact_too_stiff_for_the_nodes_is_said(omega, ratio, shape, speed, gains):
     # The loop turns 7 to 10 times as quickly as the mode alone, 130 times per delay and more.

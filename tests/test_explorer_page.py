@@ -158,6 +158,7 @@ def test_a_report_holds_all_that_it_shows(turning):
     assert "def process_of(numbers):" in text
 
 
+@pytest.mark.slow
 def test_other_processes_have_pages_of_their_own(turning):
     turning.load(replace(STARTS["rub"], view=replace(STARTS["rub"].view, speeds=SPEEDS)))
     assert turning.settle()
@@ -366,6 +367,7 @@ def test_a_measured_response_is_fitted_or_taken_as_it_is(turning, tmp_path, monk
     assert "give the file 'tap.csv' of the measured response again" in html.unescape(again.status.message.object)
 
 
+@pytest.mark.slow
 def test_a_list_of_cuts_is_read_from_a_file(turning):
     turning.load(replace(STARTS["turning"], view=replace(STARTS["turning"].view, speeds=SPEEDS)))
     turning.sheets._cuts_of_file("cuts.csv", b"speed [rpm],depth [mm],chatter\n7000,0.001,no\n")

@@ -108,9 +108,8 @@ OTHERS = ("first order", "remembered", "process damping", "two teeth")
 PARTS = {"jumps": 16, "jumps of two delays": 16, "process damping": 40, "two teeth": 24}
 
 
-def slow_but_last(kinds):
-    """Kinds, of which the last is for every run of the tests."""
-    return [*(pytest.param(kind, marks=pytest.mark.slow) for kind in kinds[:-1]), kinds[-1]]
+def slow(kinds):
+    return [pytest.param(kind, marks=pytest.mark.slow) for kind in kinds]
 
 
 def compared(kind, rng, method):
@@ -136,20 +135,20 @@ def assert_honest(kind, cases, method, seed):
     return error, stated
 
 
-@pytest.mark.parametrize("kind", slow_but_last(SMOOTH))
+@pytest.mark.parametrize("kind", [*slow(SMOOTH[:-1]), SMOOTH[-1]])
 def test_chosen_nodes_are_right_or_say_so(kind):
     _, stated = assert_honest(kind, 5, lobex.Duhamel(), 5)
     assert np.all(stated <= 1e-8)
 
 
-@pytest.mark.parametrize("kind", slow_but_last(JUMPS))
+@pytest.mark.parametrize("kind", slow(JUMPS))
 def test_jumps_whose_images_end_no_piece_are_in_the_error(kind):
     error, stated = assert_honest(kind, 4, lobex.Duhamel(nodes=18), 6)
     # The bound is not so wide that it tells nothing.
     assert np.max(error / np.maximum(stated, REFERENCE)) > 0.01
 
 
-@pytest.mark.parametrize("kind", [*slow_but_last(OTHERS[:-1]), pytest.param(OTHERS[-1], marks=pytest.mark.search)])
+@pytest.mark.parametrize("kind", [*slow(OTHERS[:-1]), pytest.param(OTHERS[-1], marks=pytest.mark.search)])
 def test_few_nodes_are_right_or_say_so(kind):
     error, stated = assert_honest(kind, 5, lobex.Duhamel(nodes=14), 5)
     assert np.any(error > 1e-4 * stated)

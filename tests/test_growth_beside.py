@@ -97,6 +97,7 @@ def test_of_the_mean_force_of_one_direction_it_is_turning():
         assert getattr(one, name) == pytest.approx(getattr(other, name), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_where_the_force_is_constant_it_is_that_of_milling():
     limit, step = lobex.zero_order_limit(slot(PLANE), np.array([3000.0, 7000.0]) / 60), 1e-4
     found = limit.growth()

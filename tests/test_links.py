@@ -144,6 +144,7 @@ def test_what_is_due_from_before_a_period():
     assert due_from_before((Link(0, 2, 0, 0), Link(1, 1, 1, 1)), 2) == ((0, 0), (0, 1))
 
 
+@pytest.mark.slow
 def test_what_is_known_of_one_immersion_is_not_taken_for_another_one():
     """Neither where it is given while tracing nor where a number of a process is exchanged."""
     process, method = mill([100, 120, 140], 0.3), lobex.Duhamel(nodes=16)

@@ -93,6 +93,7 @@ def test_one_response_by_itself():
     assert np.asarray(frf.modes(order=3).shape) == pytest.approx(np.asarray(fit.modes.shape), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_standard_deviations_are_those_of_repeated_measurements():
     numbers, told, correlations = [], [], []
     for seed in range(60):

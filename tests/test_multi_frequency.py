@@ -54,6 +54,7 @@ def test_all_harmonics_are_on_the_boundary_of_an_independent_code(case):
     assert set(limit.kind) == ({"hopf", "flip"} if case == "with flips" else {"hopf"})
 
 
+@pytest.mark.slow
 def test_what_the_mean_force_neglects_is_little_at_half_immersion_and_much_at_a_tenth_and_at_flips():
     def ratio(*numbers, rpm):
         process = milling(*numbers)

@@ -91,6 +91,7 @@ GRIDS = [*((seed, 3) for seed in range(400, 404)), (410, 40)]
 MORE_GRIDS = [pytest.param(seed, 3, marks=pytest.mark.search) for seed in range(404, 408)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seed", "modes"), [*GRIDS, *MORE_GRIDS])
 def test_random_models_over_grids_that_are_proven_by_strips(seed, modes):
     rng = np.random.default_rng(seed)

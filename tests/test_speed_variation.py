@@ -131,6 +131,7 @@ def test_a_spindle_that_keeps_its_speed_leaves_every_cutter_as_it_was(kind):
 
 
 # Both are of the same nodes, be they few.
+@pytest.mark.slow
 @pytest.mark.filterwarnings("ignore::lobex.SweepWarning")
 def test_derivatives_by_the_amplitude_are_those_of_differences():
     mode = lobex.Modes.single(frequency=450.0, damping_ratio=0.0316, mass=0.8106)
