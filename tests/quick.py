@@ -4,7 +4,7 @@ import mmap
 from importlib.util import find_spec
 from pathlib import Path
 
-from lobex._quickly import QUICK
+from lobex._compiled import QUICK
 
 
 def flags() -> str:

@@ -3,12 +3,12 @@
 from functools import partial
 from typing import Any
 
-import jax
 import numpy as np
 from jaxtyping import Complex, Float
 
 from lobex import _checks
 from lobex._broadcast import over_points
+from lobex._compiled import compiled
 from lobex._float64 import at_once, in_float64, widened
 from lobex._shapes import AnyArray, ArrayLike, Numbers
 from lobex._timing import spare_programs
@@ -128,18 +128,18 @@ def _operator(process: Process, speed: Any, gain: Any, method: Method | Auto) ->
 
 
 @in_float64
-@jax.jit
+@compiled
 def _monodromy(process: Process, speed: Numbers, gain: Numbers, method: Method) -> Float[AnyArray, "*lanes N N"]:
     return over_points(partial(matrix_of, process, method), speed, gain)
 
 
 @in_float64
-@jax.jit
+@compiled
 def _multipliers(process: Process, speed: Numbers, gain: Numbers, method: Method) -> Complex[AnyArray, "*lanes N"]:
     return over_points(partial(sorted_multipliers, process, method), speed, gain)
 
 
 @in_float64
-@jax.jit
+@compiled
 def _spectral_radius(process: Process, speed: Numbers, gain: Numbers, method: Method) -> Float[AnyArray, " *lanes"]:
     return over_points(partial(radius, process, method), speed, gain)

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 
 from lobex._batches import in_chunks, in_few_sizes
+from lobex._compiled import compiled
 from lobex.characteristic.function import Contact, loop
 from lobex.characteristic.lanes import placed, take
 from lobex.characteristic.method import contacts
@@ -124,7 +125,7 @@ def _at_zero(opened: Open, most: float) -> AxisPlaces:
     return AxisPlaces(lane, zero, -1 / value[lane], -value[lane] / slope[lane] + 0j, zero)
 
 
-@jax.jit
+@compiled
 def _polish(
     contacts: Contact, lane: Int[Any, " l"], y: Float[Any, " l"]
 ) -> tuple[Float[Any, " l"], Float[Any, " l"], Float[Any, " l"], Complex[Any, " l"]]:

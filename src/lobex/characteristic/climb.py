@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 
 from lobex._batches import in_few_sizes
+from lobex._compiled import compiled
 from lobex.characteristic import several_delays
 from lobex.characteristic.cells import over_modes
 from lobex.characteristic.closed_loop import Loops
@@ -158,7 +159,7 @@ def newton(
         return root, (change < _CONVERGED * (1 + np.abs(root))) & np.isfinite(root)
 
 
-@jax.jit
+@compiled
 def _newton(
     loops: Loops, lane: Int[Any, " k"], start: Complex[Any, " k"]
 ) -> tuple[Complex[Any, " k"], Float[Any, " k"]]:

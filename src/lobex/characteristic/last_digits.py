@@ -4,12 +4,12 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 
 from lobex._batches import in_few_sizes
+from lobex._compiled import compiled
 from lobex.characteristic.function import Contact, response
 from lobex.characteristic.lanes import placed, take
 from lobex.characteristic.open_loop import weighted
@@ -41,7 +41,7 @@ def _largest_pole(contact: Contact) -> Float[Any, " l"]:
     return 1 + 2 * np.max(root, axis=(0, 1))
 
 
-@jax.jit
+@compiled
 def _polish(
     contacts: Contact, lane: Int[Any, " k"], gain: Float[Any, " k"], z: Complex[Any, " k"]
 ) -> tuple[Complex[Any, " k"], Float[Any, " k"], Bool[Any, " k"]]:
@@ -63,7 +63,7 @@ def _polish(
     return _two_steps(rest, z)
 
 
-@jax.jit
+@compiled
 def _polish_several(contacts: Contact, lane: Any, gain: Any, z: Any) -> tuple[Any, Any, Any]:
     """As ``_polish`` of several delays, on F = 1 + K L."""
     contact = take(contacts, lane)

@@ -16,6 +16,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Complex, Float, Inexact, Int, Shaped
 
 from lobex._batches import in_few_sizes
+from lobex._compiled import compiled
 from lobex.characteristic.cells import Cells, bounds_of_mode, decide, first_cells, narrow, over_modes, value_of_mode
 from lobex.characteristic.closed_loop import Loops
 from lobex.characteristic.lanes import take
@@ -101,7 +102,7 @@ def _places(
     return places
 
 
-@jax.jit
+@compiled
 def _look(
     loops: Loops,
     lane: Int[Any, " c"],
@@ -137,7 +138,7 @@ def _look(
     return code.astype(jnp.int8).T, turn.T, size.T
 
 
-@jax.jit
+@compiled
 def _passed(
     loops: Loops, lane: Int[Any, " c"], level: Float[Any, " c"], low: Float[Any, " c"], high: Float[Any, " c"]
 ) -> tuple[Int[Any, " c"]]:

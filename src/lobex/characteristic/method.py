@@ -8,9 +8,9 @@ import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 
 from lobex import _checks
+from lobex._compiled import compiled_quickly
 from lobex._namespace import namespace
 from lobex._pytree import pytree
-from lobex._quickly import compiled_quickly
 from lobex.characteristic.closed_loop import doubt
 from lobex.characteristic.function import Contact, by_blocks, by_poles
 from lobex.characteristic.grid import Structure, rightmost_at_points, rightmost_roots

@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Bool, Complex, Float, Int, Shaped
 
 from lobex._batches import in_few_sizes
+from lobex._compiled import compiled
 from lobex.characteristic.cells import Bounds, Cells, bounds_of_mode, decide, first_cells, narrow, over_modes
 from lobex.characteristic.closed_loop import Loops
 from lobex.characteristic.lanes import placed, take
@@ -100,7 +101,7 @@ def _loop(feedback: Open, y: Float[Any, " *cells"]) -> tuple[Complex[Any, " *cel
     return _looped(feedback, y, *over_modes(partial(_responses_of_mode, y=y), feedback.loops, like))
 
 
-@jax.jit
+@compiled
 def _crossed(
     feedback: Open,
     largest: Float[Any, " c"],
@@ -146,7 +147,7 @@ def _crossed(
     return (~decided).T, (decided & ~quiet & ~apart & crossed).T
 
 
-@jax.jit
+@compiled
 def _place(
     feedback: Open, lane: Int[Any, " c"], low: Float[Any, " c"], high: Float[Any, " c"]
 ) -> tuple[Shaped[Any, " c"], ...]:

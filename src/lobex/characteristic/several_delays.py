@@ -17,6 +17,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from lobex._batches import in_few_sizes
+from lobex._compiled import compiled
 from lobex.characteristic.cells import (
     Bounds,
     Cells,
@@ -166,7 +167,7 @@ def _sum(mine: SeveralDelays, z: Any, values: list[Any]) -> Any:
     return sum(decaying(lag * z) * value for lag, value in zip(mine.lag, values, strict=True))
 
 
-@jax.jit
+@compiled
 def _look(there: SeveralDelays, lane: Any, level: Any, low: Any, high: Any) -> tuple[Any, ...]:
     """What is to be done with cells, by how much F turns in them, how far 0 is from it, in changes of F, and |w| where
     it passes the real axis beyond 1.
@@ -199,7 +200,7 @@ def _look(there: SeveralDelays, lane: Any, level: Any, low: Any, high: Any) -> t
     return code.astype(jnp.int8).T, turn.T, (jnp.abs(at) / steepest).T, size.T
 
 
-@jax.jit
+@compiled
 def newton(there: SeveralDelays, lane: Any, start: Any) -> tuple[Any, Any]:
     """Steps of Newton's method on log w, of 1 at most; z, and the last step, or a share of log w if that is more."""
     mine = take(there, lane)

@@ -17,6 +17,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Complex, Float, Int
 
 from lobex._batches import in_few_sizes
+from lobex._compiled import compiled
 from lobex.characteristic.cells import Cells, bounds_of_mode, decide, first_cells, over_modes, value_of_mode
 from lobex.characteristic.closed_loop import Loops
 from lobex.characteristic.function import decaying
@@ -84,7 +85,7 @@ def _beyond(
     return jnp.hypot(distance, jnp.maximum(jnp.maximum(least - along, along - most), 0.0))
 
 
-@jax.jit
+@compiled
 def _look(
     opened: Open,
     lane: Int[Any, " c"],
@@ -136,7 +137,7 @@ def _look(
     return (code.astype(jnp.int8).T,)
 
 
-@jax.jit
+@compiled
 def _passed(
     opened: Open,
     lane: Int[Any, " c"],

@@ -3,7 +3,6 @@
 from functools import partial
 from typing import Any
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Complex, Float, Int
@@ -11,6 +10,7 @@ from tqdm import tqdm
 
 from lobex._batches import in_batches, over_few, side_by_side, together
 from lobex._broadcast import over_points
+from lobex._compiled import compiled_for
 from lobex._shapes import AnyArray, Number
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.floquet import dense, power
@@ -148,7 +148,7 @@ def _chunk_shape(process: Process, method: Method, speed: float, gain: float) ->
     return several * (rows // several), columns, several
 
 
-@partial(jax.jit, static_argnames="several")
+@compiled_for("several")
 def _over_chunk(
     process: Process,
     method: Method,
@@ -166,7 +166,7 @@ def _over_chunk(
     return over_few(row, several, count, speeds)
 
 
-@partial(jax.jit, static_argnames=("densely", "several"))
+@compiled_for("densely", "several")
 def _over_batch(
     process: Process,
     method: Method,

@@ -1,6 +1,5 @@
 """Points with one number of nodes per piece: what is the same at a speed, and the multiplier with its errors."""
 
-from functools import partial
 from typing import Any
 
 import jax
@@ -8,6 +7,7 @@ import numpy as np
 from jaxtyping import Array, Float, Inexact, Int
 
 from lobex._batches import over_few, together
+from lobex._compiled import compiled_for
 from lobex._shapes import AnyArray, Number
 from lobex.floquet import dense, power
 from lobex.floquet.chatter import carrier_frequency
@@ -21,7 +21,7 @@ FEWEST = 8
 """Of what is computed side by side."""
 
 
-@partial(jax.jit, static_argnames=("traits", "in_flight"))
+@compiled_for("traits", "in_flight")
 def prepared_at(
     process: Process,
     method: Duhamel,
@@ -41,7 +41,7 @@ def prepared_at(
     return over_few(at, together(len(speeds), FEWEST), count, speeds)
 
 
-@partial(jax.jit, static_argnames=("densely", "several"))
+@compiled_for("densely", "several")
 def with_errors(
     process: Process,
     prepared: Any,

@@ -5,12 +5,12 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-import jax
 import numpy as np
 from jaxtyping import Array, Float, Int
 
 from lobex import _checks
 from lobex._batches import in_batches, over_few, together
+from lobex._compiled import compiled_for
 from lobex._float64 import at_once, widened
 from lobex._shapes import AnyArray
 from lobex._timing import timed
@@ -226,7 +226,7 @@ def _evaluation(process: Process, method: Method) -> Evaluation:
     return evaluate
 
 
-@partial(jax.jit, static_argnames="several")
+@compiled_for("several")
 def _gradients(
     process: Process,
     method: Method,

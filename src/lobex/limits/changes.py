@@ -4,12 +4,12 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int, Real
 
 from lobex._batches import in_batches, over_few, together
+from lobex._compiled import compiled_for
 from lobex._shapes import Number
 from lobex.floquet import dense, power
 from lobex.floquet.chatter import carrier_frequency
@@ -136,7 +136,7 @@ def _polished_batch(
     return _polished(process, method, effort, count, prepared, speed, low, *others, densely=effort == 0)
 
 
-@partial(jax.jit, static_argnames="densely")
+@compiled_for("densely")
 def _polished(
     process: Process,
     method: Method,

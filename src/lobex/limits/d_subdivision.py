@@ -19,10 +19,10 @@ from jaxtyping import Array, Bool, Complex, Float, Int
 
 from lobex import _checks
 from lobex._batches import in_batches
+from lobex._compiled import compiled, compiled_for, compiled_quickly
 from lobex._float64 import in_float64
 from lobex._namespace import namespace
 from lobex._pytree import pytree
-from lobex._quickly import compiled_quickly
 from lobex._shapes import AnyArray, ArrayLike, Numbers
 from lobex.characteristic.lanes import few
 from lobex.limits.above import above
@@ -290,7 +290,7 @@ def _critical(
     return gain, omega, lobe, tie
 
 
-@jax.jit
+@compiled
 def _limits(
     source: Regeneration | Branched, parts: Stretches, lowest: Float[Array, ""] | None, speed: Float[Array, " p"]
 ) -> tuple[Float[AnyArray, " p"], Float[AnyArray, " p"], Int[AnyArray, " p"], Bool[AnyArray, " p"]]:
@@ -342,7 +342,7 @@ def _minimum(
     return _least(source, _stretches(source), lobes)
 
 
-@partial(jax.jit, static_argnames="lobes")
+@compiled_for("lobes")
 def _least(
     source: Regeneration | Branched, parts: Stretches, lobes: int
 ) -> tuple[Float[AnyArray, ""], Float[AnyArray, ""], Float[AnyArray, " lobes"]]:

@@ -8,9 +8,9 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from lobex._batches import in_batches
+from lobex._compiled import compiled, compiled_quickly
 from lobex._float64 import in_float64
 from lobex._namespace import namespace
-from lobex._quickly import compiled_quickly
 from lobex._shapes import AnyArray
 from lobex.limits.closed_form import Regeneration
 from lobex.limits.d_subdivision import every_stretch, limit_at
@@ -57,7 +57,7 @@ def limits_of_each(
 _stretches_of_each = compiled_quickly(jax.vmap(every_stretch))
 
 
-@jax.jit
+@compiled
 def _of_points(
     sources: Regeneration, parts: Stretches, number: Int[AnyArray, " p"], speed: Float[AnyArray, " p"]
 ) -> Any:

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float, Real
 
 from lobex import _checks
+from lobex._compiled import compiled
 from lobex._float64 import in_float64
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray, ArrayLike
@@ -55,7 +56,7 @@ def hayes_interval(a: ArrayLike, speed: ArrayLike) -> HayesInterval:
 
 
 @in_float64
-@jax.jit
+@compiled
 def _interval(
     a: Real[AnyArray, "..."], speed: Real[AnyArray, "..."]
 ) -> tuple[Float[Array, " *lanes"], Float[Array, " *lanes"], Float[Array, " *lanes"]]:

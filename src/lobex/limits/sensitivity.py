@@ -10,6 +10,7 @@ from jaxtyping import Array, Float, Int
 
 from lobex import _checks
 from lobex._batches import in_batches, over_few, together
+from lobex._compiled import compiled_for
 from lobex._float64 import at_once, widened
 from lobex._pytree import is_measured
 from lobex._shapes import AnyArray, Number
@@ -145,7 +146,7 @@ def _itself(process: Any) -> Any:
     return process
 
 
-@partial(jax.jit, static_argnums=0)
+@compiled_for("build")
 def _closed_form(
     build: Builder, parameters: Any, count: Int[Array, ""], speed: Float[AnyArray, " speeds"]
 ) -> Float[Array, "speeds parameters"]:
@@ -156,7 +157,7 @@ def _closed_form(
     return in_rows(by_all(parameters, speed))
 
 
-@partial(jax.jit, static_argnums=0)
+@compiled_for("build")
 def _of_samples(
     build: Builder,
     parameters: Any,
@@ -173,7 +174,7 @@ def _of_samples(
     return in_rows(jax.vmap(jax.grad(gain, argnums=(0, 1)), in_axes=(None, 0, 0))(parameters, speed, omega))
 
 
-@partial(jax.jit, static_argnums=0)
+@compiled_for("build")
 def _by_growth(
     build: Builder,
     parameters: Any,

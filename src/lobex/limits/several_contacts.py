@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 
 from lobex import _checks
+from lobex._compiled import compiled
 from lobex._namespace import namespace
 from lobex._shapes import AnyArray, Numbers
 from lobex.limits.eigenvalue_branches import EigenvalueBranches, eigenvalue_branches
@@ -99,7 +100,7 @@ def _on_the_boundary(
     return on_boundary(_missed(sections, speed, root)[0].real), root.anchor + root.offset
 
 
-@jax.jit
+@compiled
 def _carried(
     sections: Sections, speed: Numbers, root: _Root
 ) -> tuple[Float[AnyArray, " *lanes"], Float[AnyArray, " *lanes"]]:

@@ -1,13 +1,12 @@
 """The march of a delayed process in time: the proof, by integration, of what a multiplier says."""
 
-from functools import partial
-
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
 from lobex import _checks
+from lobex._compiled import compiled, compiled_for
 from lobex._float64 import at_once, widened
 from lobex._shapes import AnyArray, ArrayLike, Number
 from lobex._timing import timed
@@ -170,7 +169,7 @@ def _delay_states(motion: Marched, system: DelaySystem, count: int) -> np.ndarra
     return np.concatenate([scale * motion.states[:, -count - 1 :], history / np.sqrt(history.shape[-1])], axis=-1)
 
 
-@jax.jit
+@compiled
 @jax.vmap
 def _stiffness(system: DelaySystem) -> Float[Array, ""]:
     """The largest contact force per displacement in a period, now and a delay ago together."""
@@ -178,12 +177,12 @@ def _stiffness(system: DelaySystem) -> Float[Array, ""]:
     return jnp.max(sum(jnp.linalg.norm(part, axis=(1, 2)) for part in (forces.present, *forces.delayed)))
 
 
-@jax.jit
+@compiled
 def _systems(process: Process, speed: Float[AnyArray, " lanes"], gain: Float[AnyArray, " lanes"]) -> DelaySystem:
     return jax.vmap(process.system)(speed, gain)
 
 
-@partial(jax.jit, static_argnames=("steps", "periods", "every"))
+@compiled_for("steps", "periods", "every")
 def _march(
     process: Process,
     speed: Float[AnyArray, " lanes"],

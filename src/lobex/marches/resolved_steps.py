@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
+from lobex._compiled import compiled
 from lobex._shapes import AnyArray
 from lobex.contact.laws import ContactLaw
 from lobex.marches.arrangement import Arrangement
@@ -104,7 +105,7 @@ def _check_rate(arranged: Arrangement, modes: Modes, speed: float, steps: int) -
         )
 
 
-@jax.jit
+@compiled
 def _viscosity(law: Any) -> Float[AnyArray, ""]:
     return jax.grad(lambda rate: law.force(jnp.ones(()), jnp.zeros(()), rate))(jnp.ones(()))
 
@@ -117,7 +118,7 @@ def _steepest(law: ContactLaw, profile: Float[np.ndarray, " cells"], closing: fl
     return float(np.asarray(_slopes(law, np.linspace(0, deepest, 65)[1:])).max())
 
 
-@jax.jit
+@compiled
 def _slopes(law: ContactLaw, penetration: Float[AnyArray, " depths"]) -> Float[AnyArray, " depths"]:
     rest: tuple[Any, ...] = (jnp.zeros(()),) * (2 if getattr(law, "follows_rate", False) else 1)
     return jax.vmap(jax.grad(lambda h: law.force(h, *rest)))(penetration)

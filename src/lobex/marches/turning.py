@@ -1,6 +1,5 @@
 """Turning in time, with loss of contact and the surface that all earlier passes left."""
 
-from functools import partial
 from typing import Any
 
 import jax
@@ -9,6 +8,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from lobex import _checks
+from lobex._compiled import compiled, compiled_for
 from lobex._float64 import at_once, widened
 from lobex._shapes import AnyArray, ArrayLike, Number
 from lobex._timing import timed
@@ -131,12 +131,12 @@ def _check_cutting(law: Any) -> None:
         raise ValueError(f"law.width = {float(width):.6g} would count twice beside depth; give a law of width 1.0")
 
 
-@jax.jit
+@compiled
 def _structures(tool: Turning, speed: Float[AnyArray, " lanes"]) -> DelaySystem:
     return jax.vmap(lambda s: tool.system(s, jnp.zeros_like(s)))(speed)
 
 
-@partial(jax.jit, static_argnames=("revolutions", "every"))
+@compiled_for("revolutions", "every")
 def _march(
     system: DelaySystem,
     law: ContactLaw,

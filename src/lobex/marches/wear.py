@@ -13,6 +13,7 @@ from tqdm import tqdm
 
 from lobex import _checks
 from lobex._batches import side_by_side
+from lobex._compiled import compiled_for
 from lobex._devices import workers
 from lobex._float64 import at_once, widened
 from lobex._memory import check_memory
@@ -36,7 +37,7 @@ _MODES, _SEEN = 3840, 384 * 4096
 _FEWEST_LANES = 32
 _NAMED = 5
 
-_turn = jax.jit(revolve, static_argnames=("tracks", "factor"))
+_turn = compiled_for("tracks", "factor")(revolve)
 # Threads that meet a new program at once would each compile it.
 _COMPILING = threading.Lock()
 

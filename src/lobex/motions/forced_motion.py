@@ -13,6 +13,7 @@ from jaxtyping import Array, Float, Int, Real
 from lobex import _checks
 from lobex._batches import in_batches, over_few, together
 from lobex._broadcast import over_points
+from lobex._compiled import compiled, compiled_for
 from lobex._float64 import at_once, in_float64, widened
 from lobex._shapes import AnyArray, ArrayLike, Number
 from lobex._timing import Stopwatch, spare_programs, timed
@@ -210,7 +211,7 @@ def _settled(
 
 
 @in_float64
-@jax.jit
+@compiled
 def traced_motion(
     process: Process,
     speed: Real[AnyArray, "..."],
@@ -236,7 +237,7 @@ def traced_motion(
     return over_points(point, speed, gain)
 
 
-@partial(jax.jit, static_argnames="several")
+@compiled_for("several")
 def _at_points(
     process: Process,
     method: Duhamel,

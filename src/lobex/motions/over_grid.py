@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 
 from lobex import _checks
 from lobex._batches import in_batches, over_few, together
+from lobex._compiled import compiled_for
 from lobex._float64 import at_once, widened
 from lobex._shapes import AnyArray, Number
 from lobex._timing import timed
@@ -188,7 +189,7 @@ def _at_cells(
     return jax.tree.map(lambda part: part.reshape(-1, *part.shape[2:])[filled][back], found)
 
 
-@partial(jax.jit, static_argnames="several")
+@compiled_for("several")
 def _at_rows(
     process: Process,
     method: Duhamel,

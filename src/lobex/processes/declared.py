@@ -14,9 +14,9 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from lobex import _checks
+from lobex._compiled import compiled_quickly
 from lobex._float64 import at_once, widened
 from lobex._pytree import is_measured
-from lobex._quickly import compiled_quickly
 from lobex._shapes import AnyArray
 from lobex.processes.process import Process
 from lobex.systems.coefficients import Function

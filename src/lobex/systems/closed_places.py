@@ -6,13 +6,12 @@ for the others, and for those that cut at the same time. Of most cutters these p
 
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import partial
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
+from lobex._compiled import compiled_for
 from lobex._namespace import namespace
 from lobex._shapes import AnyArray
 from lobex.systems.coefficients import AS_ONE, in_period
@@ -174,7 +173,7 @@ def _acts(system: DelaySystem, phase: Float[np.ndarray, "K k"]) -> Bool[np.ndarr
     return np.asarray(acting_at(system, filled, tuple(range(len(phase)))))[:, :count]
 
 
-@partial(jax.jit, static_argnames="delays")
+@compiled_for("delays")
 def acting_at(system: DelaySystem, phase: Float[Array, "K k"], delays: tuple[int, ...]) -> Bool[Array, "K k"]:
     """Whether forces of the delays act, each at phases of its own."""
     acting = [system.at(one).delayed[delay] for delay, one in zip(delays, phase, strict=True)]
