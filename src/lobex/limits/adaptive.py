@@ -9,6 +9,7 @@ import numpy as np
 
 from lobex import _checks
 from lobex.grids.sweep import SweepWarning
+from lobex.limits.intervals import of_width
 from lobex.results.codes import Status
 from lobex.results.limit import Limit
 
@@ -59,7 +60,7 @@ def merged(first: Limit, second: Limit) -> Limit:
     """The limits of the same search at the speeds of both, in order of speed, each once."""
     counts = len(first.speed), len(second.speed)
     width = max(first.intervals.shape[1], second.intervals.shape[1])
-    first, second = (_widened(part, width) for part in (first, second))
+    first, second = (replace(part, intervals=of_width(part.intervals, width)) for part in (first, second))
     order = np.unique(np.concatenate([first.speed, second.speed]), return_index=True)[1]
     changes: dict[str, Any] = {}
     for field in fields(first):
@@ -69,11 +70,6 @@ def merged(first: Limit, second: Limit) -> Limit:
         elif isinstance(parts[0], np.ndarray) and tuple(map(len, parts)) == counts:
             changes[field.name] = np.concatenate(parts)[order]
     return replace(first, **changes)
-
-
-def _widened(limit: Limit, width: int) -> Limit:
-    missing = width - limit.intervals.shape[1]
-    return replace(limit, intervals=np.pad(limit.intervals, ((0, 0), (0, missing), (0, 0)), constant_values=np.nan))
 
 
 def _added(limit: Limit) -> np.ndarray:

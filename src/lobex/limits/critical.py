@@ -19,6 +19,7 @@ from lobex.limits.changes import Changes, polished
 from lobex.limits.changes_on_axis import changes_on_axis
 from lobex.limits.chattering_mode import labels_of_process
 from lobex.limits.closed_form import Regeneration, closed_form
+from lobex.limits.intervals import of_width
 from lobex.limits.receptance import Receptance
 from lobex.limits.scan import scan_gains
 from lobex.limits.traced import traced_critical_gain
@@ -130,10 +131,9 @@ def _search(
     if not left.size:
         return parts, ""
     others, doubts = _by_operator(process, speeds[left], gains, operator_of(method), progress)
-    wide = [max(part["intervals"].shape[1] for part in (parts, others))]
+    widest = max(part["intervals"].shape[1] for part in (parts, others))
     for target in (parts, others):
-        missing = wide[0] - target["intervals"].shape[1]
-        target["intervals"] = np.pad(target["intervals"], ((0, 0), (0, missing), (0, 0)), constant_values=np.nan)
+        target["intervals"] = of_width(target["intervals"], widest)
     for name, values in parts.items():
         values[left] = others[name]
     return parts, doubts

@@ -70,6 +70,7 @@ class Status(Code):
     BEYOND_THE_MEASURED_FREQUENCIES = 5
     UNDEFINED = 6
     STABLE_AT_ANY_GAIN = 7
+    MORE_INTERVALS_THAN_KEPT = 8
 
 
 class Kind(Code):

@@ -72,9 +72,10 @@ class Limit(OfProcess, form="lobex limit 3"):
         "not converged", "tie" (a limit at which two multipliers of different frequency cross at once, so
         that kind, frequency and derivatives are those of one of them), "beyond the measured frequencies" (no limit in
         the band of a ``Receptance``; one outside it is not seen), "undefined" (a vibration without damping neither
-        grows nor dies out, whatever the gain), or "stable at any gain" (from the lowest on no characteristic root comes
+        grows nor dies out, whatever the gain), "stable at any gain" (from the lowest on no characteristic root comes
         to the imaginary axis, however large the gain: below its critical speed process damping does that; told of
-        constant coefficients)."""
+        constant coefficients), or "more intervals than kept" (of a study or a store, which have room for
+        (scan + 1) // 2 stable intervals, the lowest; the limit is what it would be else)."""
         return Status.words_of(self.status_code)
 
     @property

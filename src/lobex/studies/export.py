@@ -14,7 +14,7 @@ from lobex.results.stored import Stored
 from lobex.studies.blocks import InFile
 from lobex.studies.plan import Plan
 from lobex.studies.slabs import coordinates_of
-from lobex.studies.study import FORM, RAGGED, Study, widened
+from lobex.studies.study import FORM, Study
 from lobex.studies.variation import ATTRIBUTES, Axes, check_name, shape_of
 
 _AXES = "over"
@@ -35,8 +35,7 @@ def write_study(study: Study, path: str | os.PathLike[str]) -> None:
 
 def _fill(study: Study, file: h5netcdf.File) -> None:
     plan = study.blocks.plan
-    widest = _widest(study)
-    first = widened(study.blocks.chunk(0), widest)
+    first = study.blocks.chunk(0)
     sizes = {str(name): size for name, size in first.sizes.items()}
     sizes[study.along] = plan.lanes
     shape = shape_of(plan.axes)
@@ -53,19 +52,12 @@ def _fill(study: Study, file: h5netcdf.File) -> None:
     attributes = file.create_variable(ATTRIBUTES, tuple(plan.axes), dtype=_text())
     for combination in range(plan.combinations):
         index = tuple(int(i) for i in np.unravel_index(combination, shape)) if shape else ()
-        whole = widened(study.whole(combination), widest)
+        whole = study.whole(combination)
         for name, variable in whole.data_vars.items():
             file.variables[str(name)][(*index, ...)] = variable.to_numpy()
         attributes[(*index, ...)] = json.dumps(_listed(whole.attrs), ensure_ascii=False)
     file.attrs.update({"format": FORM, "verb": study.verb, _AXES: json.dumps(list(plan.axes))})
     file.attrs.update(coordinates_of(first))
-
-
-def _widest(study: Study) -> int:
-    """The most stable intervals of any chunk of limits."""
-    if RAGGED not in study.blocks.chunk(0).sizes:
-        return 0
-    return max(study.blocks.chunk(number).sizes[RAGGED] for number in range(study.blocks.plan.chunks))
 
 
 def _text() -> Any:

@@ -9,6 +9,7 @@ from lobex import _checks
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids.choice import AUTO, AnyMethod, chosen_method
 from lobex.limits import critical
+from lobex.limits.intervals import kept
 from lobex.processes.declared import check_system
 from lobex.processes.plausible import implausible
 from lobex.processes.process import Process, check_process, check_speed
@@ -22,8 +23,8 @@ if TYPE_CHECKING:
 
 Bounds = tuple[Any, Any]
 
-# Speeds of a chunk, some seconds' work, and what is kept of each.
-_BY_ROOTS, _BY_OPERATORS, _BYTES = 4096, 128, 200
+# Speeds of a chunk, some seconds' work, and what is kept of each, and of each gain of the scan.
+_BY_ROOTS, _BY_OPERATORS, _BYTES, _BYTES_OF_SCAN = 4096, 128, 64, 8
 
 
 @overload
@@ -77,7 +78,8 @@ def critical_gain(
         method: ``Auto()``, which is ``CharacteristicRoots()`` where the process has constant coefficients, one
             force and one delay, and ``Duhamel()`` elsewhere; or one of these, ``Chebyshev(…)`` or
             ``SemiDiscretization(…)``.
-        scan: number of gains in the scan of an operator.
+        scan: number of gains in the scan of an operator; a study and a store have room for (scan + 1) // 2 stable
+            intervals at a speed.
         over, store, executor: further axes, the study's folder and who computes it, as ``sweep`` takes them.
         progress: show a progress bar on standard error; with ``over`` or ``store``, if that is a terminal.
 
@@ -91,8 +93,8 @@ def critical_gain(
 
     Warns:
         SweepWarning: when the method's samples are too few to follow the first mode at the lowest speed, when an
-            estimated error leaves open what is stable, or when chunks of the store were damaged (they are computed
-            again).
+            estimated error leaves open what is stable, when speeds of a study or a store have more stable intervals
+            than there is room for, or when chunks of the store were damaged (they are computed again).
         LobexWarning: for numbers that can hardly be meant: speeds in rpm, damping in per cent, depths in mm.
     """
     if over is None and store is None and executor is None:
@@ -118,10 +120,12 @@ def critical_gain(
         implausible=lambda model: implausible(model, speeds, bounds[0]),
         points=1,
         lanes=_BY_ROOTS if isinstance(chosen, CharacteristicRoots) else _BY_OPERATORS,
-        bytes=COPIES * _BYTES,
+        bytes=COPIES * (_BYTES + _BYTES_OF_SCAN * _checks.integer("scan", scan, 3)),
     )
     return run_study(task, store, executor, progress, over is not None)
 
 
 def _limit(model: Any, speed: np.ndarray, *, bounds: Bounds, method: AnyMethod, scan: int) -> Limit:
-    return critical.critical_gain(model, speed, bounds, method, scan=scan, plausible=False)
+    limit = critical.critical_gain(model, speed, bounds, method, scan=scan, plausible=False)
+    # All chunks are of one shape: as many intervals as so many samples can tell apart.
+    return kept(limit, (int(scan) + 1) // 2)

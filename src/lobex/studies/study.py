@@ -24,9 +24,6 @@ if TYPE_CHECKING:
     from lobex.results.wear_map import WearMap
 
 FORM = "lobex study 1"
-RAGGED = "interval"
-"""The axis of a limit's stable intervals: as long as a chunk needs."""
-
 _COUNTS = ("failed",)
 
 
@@ -68,7 +65,7 @@ class Study:
     @property
     def sizes(self) -> dict[str, int]:
         """The length of every axis, by name."""
-        own = {str(name): size for name, size in self._first.sizes.items() if name != RAGGED}
+        own = {str(name): size for name, size in self._first.sizes.items()}
         further = dict(zip(self.over, shape_of(self.over), strict=True))
         return {**further, **own, self.along: self.blocks.plan.lanes}
 
@@ -112,11 +109,13 @@ class Study:
         Raises:
             ValueError: for an axis that is missing or unknown, a value that the axis does not have, an index outside.
         """
+        from lobex.limits.intervals import trimmed
+        from lobex.results.limit import Limit
         from lobex.results.register import result_of
 
         dataset = self.whole(self._combination(where))
         result: Any = result_of(dataset, self.blocks.source)
-        return result
+        return trimmed(result) if isinstance(result, Limit) else result
 
     def chart(self, where: Mapping[str, float] | tuple[int, ...] | int = ()) -> "Chart":
         """The chart at one combination of the axes of a sweep; see ``at``."""
@@ -131,12 +130,11 @@ class Study:
         """The chunks of a combination as one dataset, its attributes those of the result."""
         plan = self.blocks.plan
         parts = [self.blocks.chunk(combination * plan.blocks + block) for block in range(plan.blocks)]
-        widest = max(part.sizes.get(RAGGED, 0) for part in parts)
         attributes = {k: v for k, v in parts[0].attrs.items() if k not in ("study", "chunk")}
         attributes |= {n: np.sum([part.attrs[n] for part in parts]) for n in _COUNTS if n in attributes}
         if len(parts) > 1:
             whole = xarray.concat(
-                [widened(part, widest) for part in parts],
+                parts,
                 dim=self.along,
                 data_vars="minimal",
                 coords="minimal",
@@ -179,7 +177,7 @@ class Study:
         (real, real_part), (imaginary, _) = PARTS.items()
         for name, variable in self._first.data_vars.items():
             own, about = str(name).removesuffix(real), variable.attrs["long_name"].removesuffix(real_part)
-            if RAGGED in variable.dims or own.endswith(imaginary):
+            if own.endswith(imaginary):
                 continue
             dims = tuple(map(str, variable.dims))
             lazy = LazyArray(self.blocks, own, dims, self.along, tuple(sizes[d] for d in dims))
@@ -204,12 +202,6 @@ class Study:
                 raise ValueError(f"where = {where!r} is no index of the axes {list(self.over)} of lengths {shape}")
             index = tuple(int(i) % n for i, n in zip(index, shape, strict=True))
         return int(np.ravel_multi_index(index, shape)) if shape else 0
-
-
-def widened(part: xarray.Dataset, widest: int) -> xarray.Dataset:
-    """A limit's dataset with its stable intervals filled up with NaN to a number of them."""
-    missing = widest - part.sizes.get(RAGGED, widest)
-    return part.pad({RAGGED: (0, missing)}) if missing else part
 
 
 def _place(name: str, values: np.ndarray, value: float) -> int:
