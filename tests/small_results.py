@@ -10,10 +10,8 @@ from lobex.processes.quantity import CONTACT_STIFFNESS, DEPTH_OF_CUT
 from lobex.results.boundary import BoundaryCurve
 from lobex.results.codes import Kind, Status
 from lobex.results.description import describe
-from lobex.results.saving import in_parts
-from lobex.studies.blocks import InMemory
+from lobex.studies.assembly import assembled
 from lobex.studies.plan import Plan
-from lobex.studies.slabs import plain
 
 MODES = lobex.Modes.single(frequency=146.5, damping_ratio=0.03, mass=2.573)
 SPEED, GAIN = np.array([50.0, 60.0, 70.0]), np.array([1e5, 2e5])
@@ -290,19 +288,19 @@ def spectrum() -> lobex.SpectrumMap:
 def study() -> lobex.Study:
     """Two charts along an axis."""
     plan = Plan({"modes.damping_ratio": np.array([0.01, 0.02])}, 3, 3)
-    return lobex.Study("sweep", InMemory(plan, {i: plain(in_parts(chart(1 + i).to_xarray())) for i in range(2)}))
+    return lobex.Study(assembled("sweep", plan, SPEED, lambda number: chart(1 + number).to_xarray()).load())
 
 
 def study_of_limits() -> lobex.Study:
     """Two limits along an axis."""
     plan = Plan({"tool": np.array([1.0, 2.0])}, 3, 3)
-    return lobex.Study("critical_gain", InMemory(plan, {i: plain(limit().to_xarray()) for i in range(2)}))
+    return lobex.Study(assembled("critical_gain", plan, SPEED, lambda number: limit().to_xarray()).load())
 
 
 def study_of_wear() -> lobex.Study:
     """Two wear maps along an axis."""
     plan = Plan({"casing.amplitude": np.array([1e-4, 2e-4])}, 2, 2)
-    return lobex.Study("march_wear", InMemory(plan, {i: plain(wear_map().to_xarray()) for i in range(2)}))
+    return lobex.Study(assembled("march_wear", plan, SPEED[:2], lambda number: wear_map().to_xarray()).load())
 
 
 RESULTS: dict[str, Any] = {

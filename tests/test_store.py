@@ -105,7 +105,7 @@ def test_damaged_chunks_are_found_and_made_again(kind, folder, finished):
             Study.open(folder)
         run(folder)
     else:
-        with pytest.raises(Damage, match=r"chunk 2 .* is damaged"):
+        with pytest.raises(Damage, match=r"chunk [24] .* is damaged"):
             np.asarray(Study.open(folder)["multiplier"])
         with pytest.warns(lobex.SweepWarning, match=f"{1 + (kind == 'flip')} of 6 chunks .* damaged .* first chunk 2"):
             run(folder)
@@ -351,7 +351,7 @@ def test_a_process_that_began_at_the_same_time_leaves_its_layout(folder, monkeyp
     chunks(folder)[1].unlink()
     monkeypatch.setattr(charts, "_BY_OPERATORS", 2 * len(GAIN))
     study = run(folder)
-    assert study.blocks.plan.lanes_per_chunk == 5
+    assert study.to_xarray().chunks["speed"] == (5,)
     assert len(chunks(folder)) == 6
 
 

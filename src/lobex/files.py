@@ -7,9 +7,8 @@ import xarray
 from lobex import _checks
 from lobex.results.register import result_of
 from lobex.results.result import Result
-from lobex.studies.export import study_from
-from lobex.studies.study import FORM as STUDY
-from lobex.studies.study import Study
+from lobex.studies.assembly import FORM as STUDY
+from lobex.studies.study import Study, study_from
 
 
 def load(path: str | os.PathLike[str]) -> Result | Study:

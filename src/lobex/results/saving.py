@@ -3,7 +3,7 @@
 import os
 import sys
 from collections.abc import Callable
-from contextlib import nullcontext, suppress
+from contextlib import AbstractContextManager, nullcontext, suppress
 from pathlib import Path
 from typing import Any
 
@@ -17,31 +17,38 @@ PARTS = {"_real": ", real part", "_imag": ", imaginary part"}
 """What the names and long names of a complex array's parts end in."""
 
 
-def save_dataset(dataset: xarray.Dataset, path: str | os.PathLike[str]) -> None:
-    """Write ``path`` in one step, in the format of its ending.
+def save_dataset(dataset: xarray.Dataset, path: str | os.PathLike[str], read_back: tuple[str, ...] = ()) -> None:
+    """Write ``path`` in one step, in the format of its ending; arrays that serve for reading back go to .nc alone.
 
     Raises:
         ValueError: for an ending other than .nc, .mat and .csv, a place that cannot be written, and a dataset that the
             format cannot hold.
     """
     target = checked(path)
-    if target.suffix.lower() == ".nc":
-        in_one_step(target, lambda file: write_netcdf(in_parts(dataset), file))
-    elif target.suffix.lower() == ".mat":
-        from lobex.results.matlab import write_matlab
+    with in_this_process():
+        if target.suffix.lower() == ".nc":
+            in_one_step(target, lambda file: write_netcdf(in_parts(dataset), file))
+        elif target.suffix.lower() == ".mat":
+            from lobex.results.matlab import write_matlab
 
-        in_one_step(target, lambda file: write_matlab(dataset, file))
-    else:
-        from lobex.results.table import write_table
+            in_one_step(target, lambda file: write_matlab(dataset.drop_vars(read_back), file))
+        else:
+            from lobex.results.table import write_table
 
-        in_one_step(target, lambda file: write_table(in_parts(dataset), file))
+            in_one_step(target, lambda file: write_table(in_parts(dataset.drop_vars(read_back)), file))
 
 
 def write_netcdf(dataset: xarray.Dataset, file: Path, **how: Any) -> None:
-    """Write a NetCDF-4 file in this process, whatever cluster there is, or was: xarray would ask for that."""
+    """Write a NetCDF-4 file, which takes texts at once and other arrays as they are computed."""
+    with in_this_process():
+        texts = {name: array.load() for name, array in dataset.data_vars.items() if array.dtype == object}
+        dataset.assign(texts).to_netcdf(file, engine="h5netcdf", format="NETCDF4", **how)
+
+
+def in_this_process() -> AbstractContextManager[object]:
+    """Within, what is lazy is computed here, whatever cluster there is, or was: xarray and dask would ask for that."""
     dask = sys.modules.get("dask.config")
-    with nullcontext() if dask is None else dask.set(scheduler="synchronous"):
-        dataset.to_netcdf(file, engine="h5netcdf", format="NETCDF4", **how)
+    return nullcontext() if dask is None else dask.set(scheduler="synchronous")
 
 
 def checked(path: str | os.PathLike[str]) -> Path:
@@ -72,12 +79,26 @@ def in_one_step(target: Path, write: Callable[[Path], object]) -> None:
 
 def in_parts(dataset: xarray.Dataset) -> xarray.Dataset:
     """Real and imaginary parts: a complex type is outside the NetCDF-4 standard and MATLAB cannot read it."""
+    arrays: dict[str, xarray.DataArray] = {}
     for name, whole in dataset.data_vars.items():
-        if np.iscomplexobj(whole):
+        if np.issubdtype(whole.dtype, np.complexfloating):
             about = whole.attrs.get("long_name", name)
-            parts = {
-                f"{name}{tail}": values.assign_attrs({**whole.attrs, "long_name": f"{about}{words}"})
-                for values, (tail, words) in zip((whole.real, whole.imag), PARTS.items(), strict=True)
-            }
-            dataset = dataset.drop_vars(str(name)).assign(parts)
-    return dataset
+            for values, (tail, words) in zip((whole.real, whole.imag), PARTS.items(), strict=True):
+                arrays[f"{name}{tail}"] = values.assign_attrs({**whole.attrs, "long_name": f"{about}{words}"})
+        else:
+            arrays[str(name)] = whole
+    return xarray.Dataset(arrays, dataset.coords, dataset.attrs)
+
+
+def joined(dataset: xarray.Dataset) -> xarray.Dataset:
+    """Complex arrays in place of what ``in_parts`` made of them."""
+    (real, words), (imaginary, _) = PARTS.items()
+    arrays: dict[str, xarray.DataArray] = {}
+    for name, part in dataset.data_vars.items():
+        own = str(name).removesuffix(real)
+        if own != name:
+            attributes = {**part.attrs, "long_name": part.attrs["long_name"].removesuffix(words)}
+            arrays[own] = (part + 1j * dataset[f"{own}{imaginary}"]).assign_attrs(attributes)
+        elif not own.endswith(imaginary):
+            arrays[own] = part
+    return xarray.Dataset(arrays, dataset.coords, dataset.attrs)

@@ -7,8 +7,6 @@ from typing import Any
 import numpy as np
 import xarray
 
-from lobex.results.saving import in_parts
-from lobex.studies.slabs import plain
 from lobex.studies.store import Place
 from lobex.studies.task import Result
 from lobex.studies.warned import Warned, heard
@@ -37,9 +35,9 @@ class Chunk:
 
 @dataclass(frozen=True)
 class Computed:
-    """A chunk's dataset, if that has no other place, and what was warned of."""
+    """A chunk's dataset, empty where it has another place, and what was warned of."""
 
-    dataset: xarray.Dataset | None
+    dataset: xarray.Dataset
     warned: list[Warned]
 
 
@@ -56,8 +54,8 @@ def compute(chunk: Chunk) -> Computed:
             result: Any = chunk.compute(chunk.model, chunk.speed)
         except ValueError as error:
             raise ValueError(f"{error}{f'; at {chunk.where}' if chunk.where else ''}") from error
-        dataset = in_parts(replace(result, seconds=float("nan"), compiling=float("nan")).to_xarray())
+        dataset = replace(result, seconds=float("nan"), compiling=float("nan")).to_xarray()
     if chunk.place is None:
-        return Computed(plain(dataset), warned)
+        return Computed(dataset, warned)
     chunk.place.write(chunk.number, dataset)
-    return Computed(None, warned)
+    return Computed(xarray.Dataset(), warned)

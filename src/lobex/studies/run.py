@@ -13,7 +13,8 @@ from tqdm import tqdm
 from lobex._memory import check_memory
 from lobex._timing import timed
 from lobex._warnings import LobexWarning, SweepWarning
-from lobex.studies.blocks import InMemory, InStore
+from lobex.results.saving import in_this_process
+from lobex.studies.assembly import assembled
 from lobex.studies.chunk import Chunk, Computed, compute
 from lobex.studies.engine import Engine, ended, engine_of
 from lobex.studies.interruption import Interruption, postponed
@@ -54,22 +55,23 @@ def run_study(
         if store is None:
             check_memory(
                 f"over and speed make {plan.combinations} × {plan.lanes} lanes",
-                task.bytes / COPIES * plan.combinations * plan.lanes,
+                2 * task.bytes / COPIES * plan.combinations * plan.lanes,
                 "give fewer, or a store, which is never in memory as a whole: store=",
             )
             work = _Work(task, plan, engine, None, progress)
-            found = work.computed(range(plan.chunks))
-            blocks: Any = InMemory(plan, {n: chunk.dataset for n, chunk in found if chunk.dataset is not None})
+            chunks = {number: chunk.dataset for number, chunk in work.computed(range(plan.chunks))}
+            with in_this_process():
+                dataset = assembled(task.verb, plan, task.speed, chunks.__getitem__).load()
+            study = Study(dataset)
         else:
             manifest = manifest_of(plan, task.verb, task.variation.describe(), task.settings, task.speed)
             shared = Store.begin(store, manifest)
             work = _Work(task, shared.plan, engine, shared, progress)
             work.complete(shared)
-            blocks = InStore(shared)
+            study = Study.of_store(shared)
         work.collected.say(work.plan.chunks, _STACK)
-        study = Study(task.verb, blocks, spent.seconds, spent.compiling)
         if further:
-            return study
+            return replace(study, seconds=spent.seconds, compiling=spent.compiling)
         check_memory(
             f"speed makes {plan.lanes} lanes, which are all in store = {str(store)!r}",
             2 * task.bytes / COPIES * plan.lanes,

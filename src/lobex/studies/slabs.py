@@ -2,11 +2,9 @@
 
 import hashlib
 import io
-from typing import Any
 
 import h5netcdf
 import h5py
-import numpy as np
 import xarray
 
 _DIGITS = 16
@@ -49,14 +47,6 @@ def from_bytes(content: bytes) -> xarray.Dataset:
             return stored.load()
     except (OSError, KeyError, RuntimeError) as error:
         raise ValueError(f"no readable NetCDF-4 file ({error})") from error
-
-
-def plain(dataset: xarray.Dataset) -> xarray.Dataset:
-    """A result's dataset as its file gives it back, whatever it was read from: attributes are NumPy numbers."""
-    attributes: dict[Any, Any] = {
-        name: value if isinstance(value, str) else np.asarray(value)[()] for name, value in dataset.attrs.items()
-    }
-    return dataset.assign_attrs(attributes)
 
 
 def _refuse_ways_out(group: h5py.Group) -> None:

@@ -8,14 +8,17 @@ import errno
 import os
 import re
 import socket
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, NoReturn
 
 import xarray
 
 from lobex import _checks
+from lobex.results.saving import in_parts, joined
 from lobex.studies import manifest as manifests
 from lobex.studies.slabs import checksum, from_bytes, to_bytes
 
@@ -44,7 +47,7 @@ class Place:
 
     def write(self, number: int, dataset: xarray.Dataset) -> None:
         """Put a chunk in its place, whole and on the disk."""
-        content = to_bytes(dataset.assign_attrs(study=self.study, chunk=number))
+        content = to_bytes(in_parts(dataset).assign_attrs(study=self.study, chunk=number))
         try:
             if not (self.folder / MANIFEST).is_file():
                 raise FileNotFoundError(errno.ENOENT, f"{socket.gethostname()} does not see it")
@@ -135,6 +138,16 @@ class Store:
                     found[int(named[1])] = min(entry.name, found.get(int(named[1]), entry.name))
         return found
 
+    def reader(self) -> Callable[[int], xarray.Dataset]:
+        """What reads the result of any chunk; ValueError where some are missing."""
+        names = self.present()
+        if len(names) < self.plan.chunks:
+            raise ValueError(
+                f"store = {str(self.folder)!r} holds {len(names)} of {self.plan.chunks} chunks; run the same study "
+                "again to complete it"
+            )
+        return partial(_result, self, names)
+
     def read(self, number: int, name: str | None = None) -> xarray.Dataset:
         """A chunk's dataset, its checksum compared and its fields looked at. ``Damage`` where it is not what it was, or
         not there."""
@@ -181,6 +194,12 @@ class Store:
             if named and named["host"] == socket.gethostname() and not _alive(int(named["process"])):
                 with suppress(OSError):
                     path.unlink(missing_ok=True)
+
+
+def _result(store: Store, names: dict[int, str], number: int) -> xarray.Dataset:
+    chunk = joined(store.read(number, names[number]))
+    chunk.attrs = {name: value for name, value in chunk.attrs.items() if name not in ("study", "chunk")}
+    return chunk
 
 
 def _write(target: Path, content: bytes, *, once: bool = False) -> None:

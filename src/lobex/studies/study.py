@@ -1,21 +1,20 @@
 """The result of a study: a verb over further axes."""
 
+import json
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray
-from xarray.core import indexing
 
 from lobex.results.description import wall_time
-from lobex.results.saving import PARTS
-from lobex.studies.blocks import Blocks, InStore
-from lobex.studies.lazy import LazyArray
+from lobex.results.saving import in_parts, in_this_process, joined, save_dataset
+from lobex.results.stored import Stored
+from lobex.studies.assembly import OVER, along_of, assembled
 from lobex.studies.store import Store
-from lobex.studies.variation import in_words, shape_of
+from lobex.studies.variation import ATTRIBUTES, check_name, in_words
 
 if TYPE_CHECKING:
     from lobex.results.blading_wear import BladingWear
@@ -23,81 +22,86 @@ if TYPE_CHECKING:
     from lobex.results.limit import Limit
     from lobex.results.wear_map import WearMap
 
-FORM = "lobex study 1"
-_COUNTS = ("failed",)
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Study:
     """Labelled arrays over further axes, speed and, of a sweep, gain: what a verb found at every combination.
 
-    ``study["multiplier"]`` is an ``xarray.DataArray`` of shape (axes…, speed, gain) that reads what is asked of it
-    and no more: a study in a store is never in memory as a whole, unless its ``values`` are asked for.
+    ``study["multiplier"]`` is an ``xarray.DataArray`` of shape (axes…, speed, gain). Those of a store are dask arrays,
+    which read what is asked of them and no more: such a study is never in memory as a whole, unless its ``values`` are
+    asked for.
 
     Attributes:
-        verb: "sweep", "critical_gain" or "march_wear".
-        blocks: the chunks, in memory, in a store or in a file.
+        dataset: all arrays, and what is said of each result, as a file holds them but for complex numbers.
+        source: what holds them, for messages.
         seconds: wall time of the call that made it, compiling included; NaN of one that was opened.
         compiling: the part of it in which JAX traced and compiled programs in this process.
     """
 
-    verb: str
-    blocks: Blocks
+    dataset: xarray.Dataset
+    source: str = "the study"
     seconds: float = float("nan")
     compiling: float = float("nan")
 
     @classmethod
     def open(cls, folder: str | os.PathLike[str]) -> "Study":
         """The study in a store. ValueError where that is not complete, or no store; the chunks are read when needed."""
-        store = Store.open(folder)
-        return cls(str(store.manifest["verb"]), InStore(store))
+        return cls.of_store(Store.open(folder))
+
+    @classmethod
+    def of_store(cls, store: Store) -> "Study":
+        """The study in a store that is open, as ``open`` has it."""
+        dataset = assembled(store.manifest["verb"], store.plan, store.manifest["speed"], store.reader())
+        return cls(dataset, f"store = {str(store.folder)!r}")
+
+    @property
+    def verb(self) -> str:
+        """ "sweep", "critical_gain" or "march_wear"."""
+        return self.dataset.attrs["verb"]
 
     @property
     def over(self) -> dict[str, np.ndarray]:
         """The values of the further axes, by name."""
-        return self.blocks.plan.axes
+        return {name: self.dataset[name].to_numpy() for name in json.loads(self.dataset.attrs[OVER])}
 
     @property
     def along(self) -> str:
         """The axis of the speeds: "speed", or "lane" of a wear march, whose speeds may change."""
-        return "lane" if "lane" in self._first.sizes else "speed"
+        return along_of(self.dataset)
 
     @property
     def sizes(self) -> dict[str, int]:
         """The length of every axis, by name."""
-        own = {str(name): size for name, size in self._first.sizes.items()}
-        further = dict(zip(self.over, shape_of(self.over), strict=True))
-        return {**further, **own, self.along: self.blocks.plan.lanes}
+        return {str(name): size for name, size in self.dataset.sizes.items()}
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the arrays."""
-        return tuple(str(name) for name in self.to_xarray().data_vars)
+        return tuple(str(name) for name in self.dataset.data_vars if name != ATTRIBUTES)
 
     @property
     def speed(self) -> np.ndarray:
         """The speeds, Hz, (n,)."""
-        return self.to_xarray()["speed"].to_numpy()
+        return self.dataset["speed"].to_numpy()
 
     def __getitem__(self, name: str) -> xarray.DataArray:
         """An array by name, labelled."""
-        whole = self.to_xarray()
-        if name not in whole:
+        if name not in {*self.names, *self.dataset.coords}:
             raise ValueError(f"name = {name!r} is no array of this study; it has {', '.join(self.names)}")
-        return whole[name]
+        return self.dataset[name]
 
     def __repr__(self) -> str:
-        sizes = {**dict(zip(self.over, shape_of(self.over), strict=True)), "speed": self.blocks.plan.lanes}
-        if "gain" in self._first.sizes:
-            sizes["gain"] = self._first.sizes["gain"]
         values = {**self.over, "speed": self.speed}
+        sizes = {name: len(v) for name, v in values.items()}
+        sizes |= {name: size for name, size in self.sizes.items() if name == "gain"}
         lines = [f"Study by {self.verb}: {' × '.join(f'{size} {name}' for name, size in sizes.items())}"]
         lines += [f"  {name:<16} {v.min():.6g} to {v.max():.6g}" for name, v in values.items()]
         lines += [f"  {'arrays':<16} {', '.join(self.names)}"]
-        if isinstance(self.blocks, InStore):
-            lines += [f"  {'store':<16} {self.blocks.store.folder}, {self.blocks.plan.chunks} chunks"]
+        if self.dataset.chunks:
+            lines += [f"  {'on disk':<16} {self.source}"]
         if np.isfinite(self.seconds):
-            lines += [f"  {'wall time':<16} {wall_time(self, self.blocks.plan.chunks, 'chunk')}"]
+            combinations = self.dataset[ATTRIBUTES].size
+            lines += [f"  {'wall time':<16} {wall_time(self, combinations, 'combination')}"]
         return "\n".join(lines)
 
     def at(self, where: Mapping[str, float] | tuple[int, ...] | int = ()) -> "Chart | Limit | WearMap | BladingWear":
@@ -113,8 +117,11 @@ class Study:
         from lobex.results.limit import Limit
         from lobex.results.register import result_of
 
-        dataset = self.whole(self._combination(where))
-        result: Any = result_of(dataset, self.blocks.source)
+        index = self._index(where)
+        with in_this_process():
+            part = self.dataset.isel(index).drop_vars(list(index)).load()
+        part.attrs = json.loads(part[ATTRIBUTES].item())
+        result: Any = result_of(in_parts(part.drop_vars(ATTRIBUTES)), self.source)
         return trimmed(result) if isinstance(result, Limit) else result
 
     def chart(self, where: Mapping[str, float] | tuple[int, ...] | int = ()) -> "Chart":
@@ -126,30 +133,9 @@ class Study:
             raise ValueError(f"a study by {self.verb} holds no charts; take study.at")
         return chart
 
-    def whole(self, combination: int) -> xarray.Dataset:
-        """The chunks of a combination as one dataset, its attributes those of the result."""
-        plan = self.blocks.plan
-        parts = [self.blocks.chunk(combination * plan.blocks + block) for block in range(plan.blocks)]
-        attributes = {k: v for k, v in parts[0].attrs.items() if k not in ("study", "chunk")}
-        attributes |= {n: np.sum([part.attrs[n] for part in parts]) for n in _COUNTS if n in attributes}
-        if len(parts) > 1:
-            whole = xarray.concat(
-                parts,
-                dim=self.along,
-                data_vars="minimal",
-                coords="minimal",
-                compat="override",
-                join="override",
-                combine_attrs="override",
-            )
-        else:
-            whole = parts[0].copy()
-        whole.attrs = attributes
-        return whole
-
     def to_xarray(self) -> xarray.Dataset:
-        """All arrays as a labelled dataset that reads what is asked of it."""
-        return self._labelled
+        """All arrays as a labelled dataset."""
+        return self.dataset.drop_vars(ATTRIBUTES)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the study to one file, all at once or not at all; its ending says which: .nc (NetCDF-4), which
@@ -161,47 +147,43 @@ class Study:
         Raises:
             ValueError: for any other ending, and a place that cannot be written.
         """
-        from lobex.studies.export import write_study
+        save_dataset(self.dataset, path, (ATTRIBUTES,))
 
-        write_study(self, path)
-
-    @cached_property
-    def _first(self) -> xarray.Dataset:
-        return self.blocks.chunk(0)
-
-    @cached_property
-    def _labelled(self) -> xarray.Dataset:
-        further = tuple(self.over)
-        sizes = self.sizes
-        arrays: dict[str, Any] = {}
-        (real, real_part), (imaginary, _) = PARTS.items()
-        for name, variable in self._first.data_vars.items():
-            own, about = str(name).removesuffix(real), variable.attrs["long_name"].removesuffix(real_part)
-            if own.endswith(imaginary):
-                continue
-            dims = tuple(map(str, variable.dims))
-            lazy = LazyArray(self.blocks, own, dims, self.along, tuple(sizes[d] for d in dims))
-            attributes = {**variable.attrs, "long_name": about}
-            arrays[own] = ((*further, *dims), indexing.LazilyIndexedArray(lazy), attributes)
-        blocks = [self.blocks.chunk(i)["speed"].to_numpy() for i in range(self.blocks.plan.blocks)]
-        first = {str(name): coordinate for name, coordinate in self._first.coords.items()}
-        coordinates: dict[str, Any] = {name: (name, values) for name, values in self.over.items()}
-        coordinates |= {name: (c.dims, c.to_numpy(), c.attrs) for name, c in first.items() if name != "speed"}
-        coordinates["speed"] = (self.along, np.concatenate(blocks), first["speed"].attrs)
-        return xarray.Dataset(arrays, coordinates, {"format": FORM, "verb": self.verb})
-
-    def _combination(self, where: Mapping[str, float] | tuple[int, ...] | int) -> int:
-        shape = shape_of(self.over)
+    def _index(self, where: Mapping[str, float] | tuple[int, ...] | int) -> dict[str, int]:
+        over = self.over
         if isinstance(where, Mapping):
-            if set(where) != set(self.over):
-                raise ValueError(f"where names {sorted(where)}; give a value of each of {list(self.over)}")
-            index = tuple(_place(name, values, where[name]) for name, values in self.over.items())
-        else:
-            index = where if isinstance(where, tuple) else (where,)
-            if len(index) != len(shape) or not all(-n <= i < n for i, n in zip(index, shape, strict=True)):
-                raise ValueError(f"where = {where!r} is no index of the axes {list(self.over)} of lengths {shape}")
-            index = tuple(int(i) % n for i, n in zip(index, shape, strict=True))
-        return int(np.ravel_multi_index(index, shape)) if shape else 0
+            if set(where) != set(over):
+                raise ValueError(f"where names {sorted(where)}; give a value of each of {list(over)}")
+            return {name: _place(name, values, where[name]) for name, values in over.items()}
+        index = where if isinstance(where, tuple) else (where,)
+        shape = tuple(map(len, over.values()))
+        if len(index) != len(shape) or not all(-n <= i < n for i, n in zip(index, shape, strict=True)):
+            raise ValueError(f"where = {where!r} is no index of the axes {list(over)} of lengths {shape}")
+        return {name: int(i) for name, i in zip(over, index, strict=True)}
+
+
+def study_from(dataset: xarray.Dataset, source: str) -> Study:
+    """The study that a file was made of, once every result in it has been looked at."""
+    from lobex.results.register import result_of
+
+    stored, told = Stored(dataset, source), []
+    verb, axes = stored.text("verb"), stored.names(OVER)
+    for name in axes:
+        check_name(name, verb)
+        stored.known(name, name, increasing=True)
+    for number, text in enumerate(stored.array(ATTRIBUTES, *axes, kind="U").flat):
+        try:
+            told.append(dict(json.loads(text)))
+        except (ValueError, TypeError, RecursionError):
+            stored.refuse(f"has variable {ATTRIBUTES!r} that is no whole JSON text at combination {number}")
+    first = dataset.isel(dict.fromkeys(axes, 0)).drop_vars([ATTRIBUTES, *axes])
+    first.attrs = told[0]
+    result_of(first, source)
+    # The arrays are the same in all combinations, and what is said of them is much alike.
+    for number, attributes in enumerate(told):
+        if set(attributes) != set(told[0]):
+            stored.refuse(f"has other fields in {ATTRIBUTES!r} of combination {number} than in the first")
+    return Study(joined(dataset), source)
 
 
 def _place(name: str, values: np.ndarray, value: float) -> int:
