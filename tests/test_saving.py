@@ -330,7 +330,7 @@ def test_what_has_no_common_rows_has_no_table(name, tmp_path):
 @pytest.mark.parametrize(
     ("file", "words"),
     [
-        ("r.h5", "path = 'r.h5' ends in '.h5'; give .nc (which lobex.load reads back), .mat or .csv"),
+        ("r.h5", "path = 'r.h5' ends in '.h5'; give .nc (which lobex.load reads back), .zarr, .mat or .csv"),
         ("r", "path = 'r' has no ending"),
         ("r.nc.", "give .nc"),
         ("", "path = '' is not a file name"),

@@ -9,11 +9,13 @@ import re
 import resource
 import shutil
 import signal
+import sys
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
+import xarray
 
 import lobex
 from lobex.studies import charts
@@ -387,6 +389,44 @@ def test_a_made_up_manifest_is_refused(changes, folder):
     (folder / stores.MANIFEST).write_bytes(content)
     with pytest.raises(ValueError, match="restore that file"):
         Study.open(folder)
+
+
+def test_a_store_goes_to_zarr_chunk_by_chunk_with_checksums(finished, tmp_path, shell):
+    zarr = pytest.importorskip("zarr")
+    done = shell("store", "export", str(finished), "--to", "zarr", "--out", "s.zarr")
+    assert done.code == 0, done.err
+    assert [path.name for path in tmp_path.iterdir()] == ["s.zarr"]
+    study, group = Study.open(finished), zarr.open_group("s.zarr", mode="r")
+    for name, array in group.arrays():
+        assert array.metadata.zarr_format == 3
+        assert type(array.metadata.codecs[-1]).__name__ == "Crc32cCodec"
+        if name != "attributes":
+            np.testing.assert_array_equal(array[...], study[name])
+    assert group["multiplier"].chunks == (1, 5, 4)
+    assert json.loads(group["attributes"][3].item())["process"] == json.dumps(study.chart(3).process)
+    with xarray.open_zarr("s.zarr", consolidated=False) as again:
+        xarray.testing.assert_identical(again["multiplier"].load(), study["multiplier"].load())
+    victim = tmp_path / "s.zarr/multiplier/c/4/0/0"
+    content = bytearray(victim.read_bytes())
+    content[7] ^= 1
+    victim.write_bytes(content)
+    with pytest.raises(ValueError, match="checksum"):
+        group["multiplier"][4]
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (("--to", "hdf"), "to = 'hdf' is unknown"),
+        (("--to", "zarr", "--out", "s.nc"), "out = 's.nc' does not end in .zarr"),
+        (("--out", "s.txt"), "ends in '.txt'"),
+        (("--to", "zarr"), "pip install 'lobex[zarr]'"),
+    ],
+)
+def test_what_a_store_cannot_go_to_is_refused(words, told, finished, shell, monkeypatch):
+    monkeypatch.setitem(sys.modules, "zarr", None)
+    assert told in shell.refuses("store", "export", str(finished), *words)
+    assert [path.name for path in finished.parent.iterdir()] == ["s"]
 
 
 def test_links_lead_nowhere(folder, tmp_path):

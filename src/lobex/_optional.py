@@ -4,8 +4,8 @@ from importlib import import_module
 from typing import Any
 
 
-def needed(package: str, reading: str, extra: str) -> Any:
-    """The package, or a line that says how to install it.
+def needed(package: str, what: str, extra: str) -> Any:
+    """The package that ``what`` takes, or a line that says how to install it.
 
     Raises:
         ValueError: where it is not installed.
@@ -14,5 +14,5 @@ def needed(package: str, reading: str, extra: str) -> Any:
         return import_module(package)
     except ImportError:
         raise ValueError(
-            f"{reading} is read by the package {package}, which is not installed; pip install 'lobex[{extra}]'"
+            f"{what} takes the package {package}, which is not installed; run pip install 'lobex[{extra}]'"
         ) from None

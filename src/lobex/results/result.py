@@ -31,7 +31,8 @@ class Result(Fields):
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the result to a file, all at once or not at all; its ending says which: .nc (NetCDF-4), which
-        ``lobex.load`` reads back, .mat (MATLAB) or .csv (one row per point, where all its arrays share rows).
+        ``lobex.load`` reads back, .zarr (a new folder of Zarr 3, packed and with checksums; it takes ``lobex[zarr]``),
+        .mat (MATLAB) or .csv (one row per point, where all its arrays share rows).
 
         Raises:
             ValueError: for any other ending, a place that cannot be written, and a .csv file of arrays that share none.

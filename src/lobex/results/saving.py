@@ -1,6 +1,7 @@
-"""A result's dataset as a file: NetCDF-4, MATLAB or a table, by the ending of its name."""
+"""A result's dataset as a file: NetCDF-4, Zarr, MATLAB or a table, by the ending of its name."""
 
 import os
+import shutil
 import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext, suppress
@@ -11,23 +12,29 @@ import numpy as np
 import xarray
 
 from lobex import _checks
+from lobex._optional import needed
 
-ENDINGS = (".nc", ".mat", ".csv")
+ENDINGS = (".nc", ".zarr", ".mat", ".csv")
 PARTS = {"_real": ", real part", "_imag": ", imaginary part"}
 """What the names and long names of a complex array's parts end in."""
 
 
 def save_dataset(dataset: xarray.Dataset, path: str | os.PathLike[str], read_back: tuple[str, ...] = ()) -> None:
-    """Write ``path`` in one step, in the format of its ending; arrays that serve for reading back go to .nc alone.
+    """Write ``path`` in one step, in the format of its ending; arrays that serve for reading back go to .nc and .zarr.
 
     Raises:
-        ValueError: for an ending other than .nc, .mat and .csv, a place that cannot be written, and a dataset that the
-            format cannot hold.
+        ValueError: for an ending other than .nc, .zarr, .mat and .csv, a place that cannot be written, a dataset that
+            the format cannot hold, and a package that is not installed.
     """
     target = checked(path)
     with in_this_process():
         if target.suffix.lower() == ".nc":
             in_one_step(target, lambda file: write_netcdf(in_parts(dataset), file))
+        elif target.suffix.lower() == ".zarr":
+            codecs = needed("zarr", f"path = {str(path)!r}", "zarr").codecs
+            # Packed as by default, and then a checksum.
+            pipeline = {"compressors": (codecs.ZstdCodec(), codecs.Crc32cCodec())}
+            in_one_step(target, lambda folder: _write_zarr(dataset, folder, pipeline))
         elif target.suffix.lower() == ".mat":
             from lobex.results.matlab import write_matlab
 
@@ -41,8 +48,17 @@ def save_dataset(dataset: xarray.Dataset, path: str | os.PathLike[str], read_bac
 def write_netcdf(dataset: xarray.Dataset, file: Path, **how: Any) -> None:
     """Write a NetCDF-4 file, which takes texts at once and other arrays as they are computed."""
     with in_this_process():
-        texts = {name: array.load() for name, array in dataset.data_vars.items() if array.dtype == object}
-        dataset.assign(texts).to_netcdf(file, engine="h5netcdf", format="NETCDF4", **how)
+        _with_texts(dataset).to_netcdf(file, engine="h5netcdf", format="NETCDF4", **how)
+
+
+def _write_zarr(dataset: xarray.Dataset, folder: Path, pipeline: dict[str, Any]) -> None:
+    whole = _with_texts(dataset)
+    whole.to_zarr(folder, zarr_format=3, consolidated=False, encoding=dict.fromkeys(whole.variables, pipeline))
+
+
+def _with_texts(dataset: xarray.Dataset) -> xarray.Dataset:
+    """The dataset with its texts at hand, whose lengths a file asks for."""
+    return dataset.assign({name: array.load() for name, array in dataset.data_vars.items() if array.dtype == object})
 
 
 def in_this_process() -> AbstractContextManager[object]:
@@ -56,12 +72,12 @@ def checked(path: str | os.PathLike[str]) -> Path:
     target = _checks.writable("path", path)
     if target.suffix.lower() not in ENDINGS:
         wrong = f"ends in {target.suffix!r}" if target.suffix else "has no ending"
-        raise ValueError(f"path = {str(path)!r} {wrong}; give .nc (which lobex.load reads back), .mat or .csv")
+        raise ValueError(f"path = {str(path)!r} {wrong}; give .nc (which lobex.load reads back), .zarr, .mat or .csv")
     return target
 
 
 def in_one_step(target: Path, write: Callable[[Path], object]) -> None:
-    """Have a file beside ``target`` written, which then takes its place: all at once or not at all."""
+    """Have a file or folder beside ``target`` written, which then takes its place: all at once or not at all."""
     partial = target.with_name(f".{target.name}.{os.getpid()}.partial")
     try:
         write(partial)
@@ -73,6 +89,8 @@ def in_one_step(target: Path, write: Callable[[Path], object]) -> None:
     except ValueError as error:
         raise ValueError(f"path = {str(target)!r}: {error}") from error
     finally:
+        if partial.is_dir():
+            shutil.rmtree(partial, ignore_errors=True)
         with suppress(OSError):
             partial.unlink(missing_ok=True)
 

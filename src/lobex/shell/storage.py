@@ -3,10 +3,10 @@
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib import import_module
 from typing import Any
 
 from lobex import _checks
+from lobex._optional import needed
 from lobex.shell.arguments import Storage
 
 # Of one machine.
@@ -42,12 +42,7 @@ def stored(flags: Storage) -> Iterator[dict[str, Any]]:
 
 def _client(address: str) -> Any:
     """A client of the scheduler at an address."""
-    try:
-        distributed = import_module("distributed")
-    except ImportError:
-        raise ValueError(
-            f"dask = {address!r} takes distributed, which is not installed; run pip install 'lobex[cluster]'"
-        ) from None
+    distributed = needed("distributed", f"dask = {address!r}", "cluster")
     try:
         # For nothing but the chunks: what xarray writes stays here.
         return distributed.Client(address, set_as_default=False)

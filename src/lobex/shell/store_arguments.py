@@ -32,15 +32,17 @@ class Verify:
 
 @dataclass(frozen=True)
 class Export:
-    """Write a complete store to one NetCDF-4 file, which lobex.load reads.
+    """Write a complete store to one file: NetCDF-4, which lobex.load reads, or a folder of Zarr 3, MATLAB or a table.
 
-    Example: lobex store export study --out study.nc
+    Example: lobex store export study --to zarr
     """
 
     folder: Folder
     """Folder of the store."""
+    to: Annotated[str | None, tyro.conf.arg(metavar="nc|zarr|mat|csv", help_behavior_hint="(default: nc)")] = None
+    """Format of the file, if its path does not tell. Zarr takes lobex[zarr]."""
     out: Annotated[str | None, tyro.conf.arg(metavar="PATH", help_behavior_hint="(default: DIR.nc)")] = None
-    """Path of the file."""
+    """Path of the file, whose ending is its format."""
 
 
 @dataclass(frozen=True)

@@ -57,10 +57,15 @@ def _verify(store: "stores.Store") -> bool:
 
 
 def _export(action: Export) -> None:
+    from lobex.results.saving import ENDINGS
     from lobex.studies.study import Study
 
-    folder = Path(action.folder).resolve()
-    target = _checks.writable("out", action.out if action.out is not None else f"{folder}.nc")
+    if action.to is not None:
+        _checks.choice("to", action.to, tuple(ending.removeprefix(".") for ending in ENDINGS))
+    to, folder = action.to or "nc", Path(action.folder).resolve()
+    target = _checks.writable("out", action.out if action.out is not None else f"{folder}.{to}")
+    if action.to is not None and target.suffix.lower() != f".{to}":
+        raise ValueError(f"out = {action.out!r} does not end in .{to}; drop one of --to and --out")
     study = Study.open(action.folder)
     (study if study.over else study.at()).save(target)
     print(f"{study!r}\n  written          {target}")

@@ -139,10 +139,12 @@ class Study:
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the study to one file, all at once or not at all; its ending says which: .nc (NetCDF-4), which
-        ``lobex.load`` reads back, .mat (MATLAB) or .csv (one row per point).
+        ``lobex.load`` reads back, .zarr (a new folder of Zarr 3, packed and with checksums; it takes ``lobex[zarr]``),
+        .mat (MATLAB) or .csv (one row per point).
 
-        A .nc file is written chunk by chunk, so that a study larger than memory can be, and holds all that the chunks
-        do; the others hold the arrays that ``names`` tells. Those of wear marches share no rows: .csv is refused.
+        The first two are written chunk by chunk by this process, so that a study larger than memory can be, and hold
+        all that the chunks do; the others hold the arrays that ``names`` tells. Those of wear marches share no rows:
+        .csv is refused.
 
         Raises:
             ValueError: for any other ending, and a place that cannot be written.
