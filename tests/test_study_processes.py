@@ -258,6 +258,15 @@ def test_the_shell_shares_stores_verifies_and_exports(tmp_path, shell):
         (("lobes", "rub", "--store", "/proc/s"), "cannot be written"),
         (("limit", "rub", "--exact", "--store", "s"), "has no use with --exact"),
         (("limit", "rub", "--sensitivity", "--store", "s"), "has no use with --sensitivity"),
+        (("limit", "rub", "--exact", "--over", "modes.damping_ratio=0.1"), "over = 'modes.damping_ratio=0.1' has no"),
+        (("lobes", "rub", "--over", "modes.damping_ratio"), "over = 'modes.damping_ratio' is not NAME=VALUES"),
+        (("lobes", "rub", "--over", "=0.1"), "over = '=0.1' is not NAME=VALUES"),
+        (("lobes", "rub", "--over", "a=1", "a=2"), "over names 'a' twice"),
+        (("lobes", "rub", "--over", "damping=0.1"), "over names 'damping', no number of the model; it has modes.ang"),
+        (("lobes", "rub", "--over", "modes.damping_ratio=0.2,0.1"), "over['modes.damping_ratio'] = [0.2, 0.1] is not"),
+        (("wear", "--over", "law.stiffness=1e6,nan"), "over['law.stiffness'] = "),
+        (("wear", "--over", "law.stiffness=stiff"), "over['law.stiffness'] = 'stiff' is not low:high:count"),
+        (("lobes", "rub", "--over", "modes.damping_ratio=-0.1,0.1"), "damping_ratio = [-0.1"),
         (("march", "rub", "--store", "s"), "--store"),
         (("store", "status", "nowhere"), "is not a folder"),
         (("store", "verify", "."), "has no manifest.json"),
@@ -266,6 +275,26 @@ def test_the_shell_shares_stores_verifies_and_exports(tmp_path, shell):
 )
 def test_bad_input_is_one_line_and_exit_code_2(arguments, words, shell):
     assert words in shell.refuses(*arguments)
+
+
+def test_further_axes_of_the_shell_are_those_of_python(tmp_path, shell):
+    rub = lobex.Rub(lobex.Rod(1).modes(0.03))
+    over, speed = {"modes.damping_ratio": [0.02, 0.04]}, np.linspace(300, 700, 4)
+    flags = ("--elements", "1", "--speed", "300:700:4", "--over", "modes.damping_ratio=0.02,0.04")
+    lobes = shell("lobes", "rub", *flags, "--gain", "1e5:4e6:3", "--store", "s", "--out", "lobes")
+    assert lobes.code == 0, lobes.err
+    assert "2 modes.damping_ratio × 4 speed × 3 gain" in lobes.out
+    limit = shell("limit", "rub", *flags, "--gain", "1e4:4e6:9", "--out", "limit")
+    assert limit.code == 0, limit.err
+    wear = shell("wear", *flags[:4], *("--revolutions", "1", "--steps", "64"), "--over", "law.stiffness=1e5:2e5:2")
+    assert wear.code == 0, wear.err
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["limit.nc", "lobes.nc", "s", "wear.nc"]
+    chart = lobex.sweep(rub, speed, np.linspace(1e5, 4e6, 3), over=over)
+    np.testing.assert_array_equal(lobex.load(tmp_path / "lobes.nc")["multiplier"], chart["multiplier"])
+    np.testing.assert_array_equal(Study.open(tmp_path / "s")["multiplier"], chart["multiplier"])
+    gain = lobex.critical_gain(rub, speed, (1e4, 4e6), scan=9, over=over)["gain"]
+    np.testing.assert_array_equal(lobex.load(tmp_path / "limit.nc")["gain"], gain)
+    assert lobex.load(tmp_path / "wear.nc").over["law.stiffness"].tolist() == [1e5, 2e5]
 
 
 def test_wear_and_limits_go_to_stores_too(tmp_path, shell):

@@ -20,6 +20,10 @@ def _choice(names: str) -> Any:
     return tyro.conf.arg(metavar=names, help_behavior_hint="(default: see text)")
 
 
+def _none_given(hint: str, metavar: str | None = None) -> Any:
+    return tyro.conf.arg(metavar=metavar, help_behavior_hint=f"(default: {hint})")
+
+
 @dataclass(frozen=True)
 class Discretization:
     """How the monodromy operator is built."""
@@ -58,6 +62,15 @@ class Storage:
     """Processes of this machine that compute chunks of the store; each has a GPU of its own where there are several."""
     dask: Annotated[str | None, tyro.conf.arg(metavar="ADDRESS", help_behavior_hint="(default: none)")] = None
     """Address of a dask scheduler, whose workers compute the chunks, such as tcp://node:8786; all see DIR."""
+
+
+@dataclass(frozen=True)
+class Axes:
+    """Further axes: the work is done at every combination of some numbers of the model, and PATH.nc holds all of it."""
+
+    over: Annotated[tuple[str, ...], _none_given("none", "NAME=VALUES ...")] = ()
+    """Numbers of the model and the values that each takes, such as modes.damping_ratio=0.01,0.02,0.04; a wrong name is
+    answered with those that there are (docs/cluster.md). No picture is drawn."""
 
 
 @dataclass(frozen=True)
@@ -103,6 +116,7 @@ class Rub(Rod):
     (docs/howto/blades.md)."""
     measured: Measured = _MEASURED
     discretization: Discretization = Discretization()
+    axes: Axes = Axes()
     output: Output = Output()
     storage: Storage = Storage()
 
@@ -136,10 +150,6 @@ class Across:
     """Damping ratios across the feed."""
     mass: Annotated[tuple[float, ...], Values, _along("mass-y")] = ()
     """Modal masses across the feed, kg."""
-
-
-def _none_given(hint: str) -> Any:
-    return tyro.conf.arg(help_behavior_hint=f"(default: {hint})")
 
 
 @dataclass(frozen=True)
@@ -189,6 +199,7 @@ class Milling:
     across: Across = Across()
     measured: MeasuredInPlane = _IN_PLANE
     discretization: Discretization = Discretization()
+    axes: Axes = Axes()
     output: Output = Output()
     storage: Storage = Storage()
 
@@ -215,6 +226,7 @@ class Turning:
     tool: Tool = Tool()
     measured: Measured = _MEASURED
     discretization: Discretization = Discretization()
+    axes: Axes = Axes()
     output: Output = Output()
     storage: Storage = Storage()
 
@@ -241,6 +253,7 @@ class Mathieu:
     damping: float = 0.1
     """Damping c."""
     discretization: Discretization = Discretization()
+    axes: Axes = Axes()
     output: Output = Output()
     storage: Storage = Storage()
 

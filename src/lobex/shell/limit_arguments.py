@@ -15,7 +15,7 @@ class Curve:
 
     refine: Annotated[int | None, count_hint("as many as given")] = None
     """Most speeds to add where the limit of a range of speeds bends, ends or jumps, until no corner of the line stands
-    out; 0 for none. Not with --sensitivity and --store, which keep to the speeds given."""
+    out; 0 for none. Not with --sensitivity, --store and --over, which keep to the speeds given."""
 
 
 @dataclass(frozen=True)

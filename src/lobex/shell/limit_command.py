@@ -18,8 +18,8 @@ from lobex.shell.from_flags import (
 )
 from lobex.shell.limit_arguments import Limit as LimitCommand
 from lobex.shell.pictures import drawn
-from lobex.shell.storage import stored
-from lobex.shell.values import is_range
+from lobex.shell.storage import stored, written
+from lobex.shell.values import is_range, parse_axes
 
 if TYPE_CHECKING:
     from lobex.results.sensitivities import Sensitivities
@@ -30,16 +30,19 @@ def run_limit(command: LimitCommand) -> None:
     flags = command.process
     speed, gain = speeds_and_gains(flags)
     _check_bounds(flags, gain)
+    over = parse_axes(flags.axes.over)
     endings = (".nc", ".csv", ".png", *(("-sensitivity.csv", "-sensitivity.png") if flags.sensitivity else ()))
-    files = output_files(flags, endings)
+    files = output_files(flags, endings[:1] if over else endings)
     check_discretization(flags)
 
     exact, shown = getattr(flags, "exact", False), not flags.output.quiet
-    if flags.storage.store is not None and (exact or flags.sensitivity):
-        other = "exact" if exact else "sensitivity"
-        raise ValueError(f"store = {flags.storage.store!r} has no use with --{other}; drop one of the two")
-    # Points of a list are asked for themselves, and what is stored or differentiated keeps to what is asked for.
-    followed = is_range(speed_text(flags)) and flags.storage.store is None
+    studied = {"store": flags.storage.store, "over": " ".join(flags.axes.over) or None}
+    for name, value in studied.items():
+        if value is not None and (exact or flags.sensitivity):
+            other = "exact" if exact else "sensitivity"
+            raise ValueError(f"{name} = {value!r} has no use with --{other}; drop one of the two")
+    # Points of a list are asked for themselves, and what is studied or differentiated keeps to what is asked for.
+    followed = is_range(speed_text(flags)) and not any(studied.values())
     wanted = len(speed) if flags.curve.refine is None else _checks.integer("refine", flags.curve.refine, 0)
     budget = wanted if followed else 0
     with stored(flags.storage) as storage:
@@ -62,9 +65,11 @@ def run_limit(command: LimitCommand) -> None:
         elif bounds is None:
             limit = limit_curve(partial(lobex.exact_limit, process_of(flags)), speed, budget)
         else:
-            settings = {"method": method, "scan": len(gain), "progress": shown, **storage}
+            settings = {"method": method, "scan": len(gain), "progress": shown, **over, **storage}
             search = partial(lobex.critical_gain, process_of(flags), bounds=bounds, **settings)
             limit = limit_curve(search, speed, budget) if budget else search(speed)
+    if over:
+        return written(limit, files[0], shown)
     pictures = [drawn(part.plot) for part in (limit, result) if part is not None]
     (limit if result is None else result).save(files[0])
     limit.save(files[1])

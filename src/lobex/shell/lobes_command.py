@@ -8,17 +8,19 @@ from lobex.results.units import shown_gain, shown_speed
 from lobex.shell import arguments
 from lobex.shell.from_flags import check_discretization, method_of, output_files, process_of, speeds_and_gains
 from lobex.shell.pictures import drawn
-from lobex.shell.storage import stored
+from lobex.shell.storage import stored, written
+from lobex.shell.values import parse_axes
 
 if TYPE_CHECKING:
     from lobex.results.chart import Chart
 
 
 def run_lobes(command: arguments.Lobes) -> None:
-    """Check everything, sweep, then write PATH.nc and PATH.png."""
+    """Check everything, sweep, then write PATH.nc and, of one diagram, PATH.png."""
     flags = command.process
     speed, gain = speeds_and_gains(flags)
-    files = output_files(flags, (".nc", ".png"))
+    over = parse_axes(flags.axes.over)
+    files = output_files(flags, (".nc",) if over else (".nc", ".png"))
     check_discretization(flags)
 
     with stored(flags.storage) as storage:
@@ -29,7 +31,9 @@ def run_lobes(command: arguments.Lobes) -> None:
         import lobex
 
         method, shown = method_of(flags.discretization), not flags.output.quiet
-        chart = lobex.sweep(process_of(flags), speed, gain, method, **storage, progress=shown)
+        chart = lobex.sweep(process_of(flags), speed, gain, method, **over, **storage, progress=shown)
+    if over:
+        return written(chart, files[0], shown)
     picture = drawn(chart.plot)
     chart.save(files[0])
     files[1].write_bytes(picture)

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 from lobex import _checks
@@ -38,6 +39,13 @@ def stored(flags: Storage) -> Iterator[dict[str, Any]]:
     os.environ.setdefault("XLA_PYTHON_CLIENT_PREALLOCATE", "false")
     with Processes(count) as executor:
         yield {"store": flags.store, "executor": executor}
+
+
+def written(study: Any, path: Path, shown: bool) -> None:
+    """Write a study over further axes, and say what it is."""
+    study.save(path)
+    if shown:
+        print(f"{study!r}\n  written          {path}")
 
 
 def _client(address: str) -> Any:

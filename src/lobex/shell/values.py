@@ -41,6 +41,21 @@ def parse_values(name: str, text: str, unit: str) -> np.ndarray:
     return np.array(numbers)
 
 
+def parse_axes(words: tuple[str, ...]) -> dict[str, dict[str, np.ndarray]]:
+    """What a verb is told of further axes: nothing, or ``over`` with the grid of each ``NAME=VALUES`` by its name."""
+    axes: dict[str, np.ndarray] = {}
+    for word in words:
+        name, equals, values = word.partition("=")
+        if not name or not equals:
+            raise ValueError(
+                f"over = {_checks.brief(word)} is not NAME=VALUES; give such as modes.damping_ratio=0.01,0.02,0.04"
+            )
+        if name in axes:
+            raise ValueError(f"over names {name!r} twice; give all its values at once")
+        axes[name] = parse_grid(f"over[{name!r}]", values, "")
+    return {"over": axes} if axes else {}
+
+
 def is_range(text: str) -> bool:
     """Whether a curve is asked for, and not single points."""
     return ":" in text

@@ -5,7 +5,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 import tyro
 
-from lobex.shell.arguments import Output, Rod, Storage, file_of
+from lobex.shell.arguments import Axes, Output, Rod, Storage, file_of
 from lobex.shell.values import Range
 
 LAWS: dict[str, tuple[str, ...]] = {
@@ -25,6 +25,7 @@ def _number(hint: str) -> Any:
 
 
 _NEEDED = _number("none, needed by its law")
+_AXES = Axes()
 _OUTPUT = Output()
 _STORAGE = Storage()
 
@@ -118,6 +119,7 @@ class WearFlags:
     blade: BladeFlags = BladeFlags()
     casing: CasingFlags = CasingFlags()
     contact: ContactFlags = ContactFlags()
+    axes: Axes = _AXES
     output: Output = _OUTPUT
     storage: Storage = _STORAGE
 

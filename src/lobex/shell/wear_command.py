@@ -8,8 +8,8 @@ from lobex import _checks
 from lobex.shell.from_flags import output_files
 from lobex.shell.from_wear_flags import law_numbers, march_of
 from lobex.shell.pictures import drawn
-from lobex.shell.storage import stored
-from lobex.shell.values import parse_grid
+from lobex.shell.storage import stored, written
+from lobex.shell.values import parse_axes, parse_grid
 from lobex.shell.wear_arguments import Wear, WearFlags
 
 if TYPE_CHECKING:
@@ -25,7 +25,8 @@ def run_wear(command: Wear) -> None:
     endings = [".png", "-casing.png"]
     if len(speed) > 1:
         endings.append("-spectrum.png" if flags.ramp == 0 else "-history.png")
-    target, *files = output_files(flags, (".nc", *endings))
+    over = parse_axes(flags.axes.over)
+    target, *files = output_files(flags, (".nc",) if over else (".nc", *endings))
 
     with stored(flags.storage) as storage:
         # JAX is slow to import: only now.
@@ -40,17 +41,20 @@ def run_wear(command: Wear) -> None:
             revolutions=flags.revolutions,
             steps_per_revolution=flags.steps,
             incursion=flags.incursion,
+            **over,
             **storage,
             progress=not flags.output.quiet,
         )
+    if over:
+        return written(result, target, not flags.output.quiet)
     pictures = _pictures(result, endings)
     result.save(target)
     for ending, path in zip(endings, files, strict=True):
         if ending in pictures:
             path.write_bytes(pictures[ending])
     if not flags.output.quiet:
-        written = [target, *(path for ending, path in zip(endings, files, strict=True) if ending in pictures)]
-        print(f"{result!r}\n  written          {', '.join(map(str, written))}")
+        there = [target, *(path for ending, path in zip(endings, files, strict=True) if ending in pictures)]
+        print(f"{result!r}\n  written          {', '.join(map(str, there))}")
 
 
 def _speeds(flags: WearFlags) -> np.ndarray:
