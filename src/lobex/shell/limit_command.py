@@ -66,7 +66,7 @@ def run_limit(command: LimitCommand) -> None:
             limit = limit_curve(partial(lobex.exact_limit, process_of(flags)), speed, budget)
         else:
             settings = {"method": method, "scan": len(gain), "progress": shown, **over, **storage}
-            search = partial(lobex.critical_gain, process_of(flags), bounds=bounds, **settings)
+            search: Any = partial(lobex.critical_gain, process_of(flags), bounds=bounds, **settings)
             limit = limit_curve(search, speed, budget) if budget else search(speed)
     if over:
         return written(limit, files[0], shown)

@@ -1,6 +1,6 @@
 """``lobex lobes``: a stability lobe diagram as a file, a picture and a summary."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -31,7 +31,7 @@ def run_lobes(command: arguments.Lobes) -> None:
         import lobex
 
         method, shown = method_of(flags.discretization), not flags.output.quiet
-        chart = lobex.sweep(process_of(flags), speed, gain, method, **over, **storage, progress=shown)
+        chart: Any = lobex.sweep(process_of(flags), speed, gain, method, **over, **storage, progress=shown)
     if over:
         return written(chart, files[0], shown)
     picture = drawn(chart.plot)

@@ -1,6 +1,6 @@
 """``lobex wear``: wear map, spectrum and worn casing as a file, pictures and a summary."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -35,7 +35,7 @@ def run_wear(command: Wear) -> None:
         prepare_jax()
         from lobex.studies.wear_marches import march_wear
 
-        result = march_wear(
+        result: Any = march_wear(
             **march_of(flags),
             speed=speed,
             revolutions=flags.revolutions,

@@ -1,7 +1,7 @@
 """``sweep``, with further axes and a store: each chunk is a sweep of its own."""
 
 from functools import partial
-from typing import TYPE_CHECKING, Any, Unpack, overload
+from typing import Any
 
 import numpy as np
 
@@ -15,11 +15,9 @@ from lobex.processes.plausible import implausible
 from lobex.processes.process import Process, check_gain, check_process, check_speed
 from lobex.results.chart import Chart
 from lobex.results.description import describe
-from lobex.studies.task import COPIES, AnyExecutor, Numbers, Over, Path, Run, Task
+from lobex.studies.studied import studied
+from lobex.studies.task import COPIES, AnyExecutor, Over, Path, Task
 from lobex.studies.variation import Variation, axes_of
-
-if TYPE_CHECKING:
-    from lobex.studies.study import Study
 
 # Points of a chunk: about a second's work on two cores, and slabs enough for every core.
 _BY_ROOTS, _BY_DUHAMEL, _BY_OPERATORS = 2**18, 2**17, 2**14
@@ -27,12 +25,7 @@ _BY_ROOTS, _BY_DUHAMEL, _BY_OPERATORS = 2**18, 2**17, 2**14
 _BYTES = 40
 
 
-@overload
-def sweep(process: Process, speed: Any, gain: Any, method: AnyMethod = AUTO, **run: Unpack[Run]) -> Chart: ...
-@overload
-def sweep(
-    process: Process | Numbers, speed: Any, gain: Any, method: AnyMethod = AUTO, *, over: Over, **run: Unpack[Run]
-) -> "Study": ...
+@studied(grids.sweep)
 def sweep(
     process: Any,
     speed: Any,
@@ -43,7 +36,7 @@ def sweep(
     store: Path | None = None,
     executor: AnyExecutor | None = None,
     progress: bool = False,
-) -> "Chart | Study":
+) -> Task:
     """The dominant Floquet multiplier and its chatter frequency over a grid: a stability lobe diagram.
 
     By default, where the coefficients are constant and there are one force and one delay, by the roots of the
@@ -91,10 +84,6 @@ def sweep(
             computed again).
         LobexWarning: for numbers that can hardly be meant: speeds in rpm, damping in per cent, depths in mm.
     """
-    if over is None and store is None and executor is None:
-        return grids.sweep(process, speed, gain, method, progress=progress)
-    from lobex.studies.run import run_study
-
     variation = Variation(process, axes_of(over, "sweep"))
     first = variation.at(0)
     check_process(first)
@@ -102,7 +91,7 @@ def sweep(
     check_speed(first, speeds)
     check_gain(first, gains)
     check_system(first, speeds[[0, -1], None], gains[[0, -1]])
-    task = Task(
+    return Task(
         verb="sweep",
         variation=variation,
         speed=speeds,
@@ -113,7 +102,6 @@ def sweep(
         lanes=max(_points_of_a_chunk(method, first, float(speeds[0])) // len(gains), 1),
         bytes=COPIES * _BYTES * len(gains),
     )
-    return run_study(task, store, executor, progress, over is not None)
 
 
 def _chart(model: Any, speed: np.ndarray, *, gains: np.ndarray, method: AnyMethod) -> Chart:

@@ -1,7 +1,7 @@
 """``critical_gain``, with further axes and a store: each chunk is a search of its own."""
 
 from functools import partial
-from typing import TYPE_CHECKING, Any, Unpack, overload
+from typing import Any
 
 import numpy as np
 
@@ -12,14 +12,12 @@ from lobex.limits import critical
 from lobex.limits.intervals import kept
 from lobex.processes.declared import check_system
 from lobex.processes.plausible import implausible
-from lobex.processes.process import Process, check_process, check_speed
+from lobex.processes.process import check_process, check_speed
 from lobex.results.description import describe
 from lobex.results.limit import Limit
-from lobex.studies.task import COPIES, AnyExecutor, Numbers, Over, Path, Run, Task
+from lobex.studies.studied import studied
+from lobex.studies.task import COPIES, AnyExecutor, Over, Path, Task
 from lobex.studies.variation import Variation, axes_of
-
-if TYPE_CHECKING:
-    from lobex.studies.study import Study
 
 Bounds = tuple[Any, Any]
 
@@ -27,21 +25,7 @@ Bounds = tuple[Any, Any]
 _BY_ROOTS, _BY_OPERATORS, _BYTES, _BYTES_OF_SCAN = 4096, 128, 64, 8
 
 
-@overload
-def critical_gain(
-    process: Process, speed: Any, bounds: Bounds, method: AnyMethod = AUTO, *, scan: int = 65, **run: Unpack[Run]
-) -> Limit: ...
-@overload
-def critical_gain(
-    process: Process | Numbers,
-    speed: Any,
-    bounds: Bounds,
-    method: AnyMethod = AUTO,
-    *,
-    scan: int = 65,
-    over: Over,
-    **run: Unpack[Run],
-) -> "Study": ...
+@studied(critical.critical_gain)
 def critical_gain(
     process: Any,
     speed: Any,
@@ -53,7 +37,7 @@ def critical_gain(
     store: Path | None = None,
     executor: AnyExecutor | None = None,
     progress: bool = False,
-) -> "Limit | Study":
+) -> Task:
     """The lowest gain within bounds at which a process turns from stable to unstable, per speed.
 
     For constant coefficients every gain at which a root stands on the imaginary axis is found at once, and with them
@@ -97,10 +81,6 @@ def critical_gain(
             than there is room for, or when chunks of the store were damaged (they are computed again).
         LobexWarning: for numbers that can hardly be meant: speeds in rpm, damping in per cent, depths in mm.
     """
-    if over is None and store is None and executor is None:
-        return critical.critical_gain(process, speed, bounds, method, scan=scan, progress=progress)
-    from lobex.studies.run import run_study
-
     variation = Variation(process, axes_of(over, "critical_gain"))
     first = variation.at(0)
     check_process(first)
@@ -111,7 +91,7 @@ def critical_gain(
     check_speed(first, speeds)
     check_system(first, speeds[:, None], _checks.as_numbers("gain", bounds, first.gain.unit))
     chosen = chosen_method(method, first, float(speeds.min()))
-    task = Task(
+    return Task(
         verb="critical_gain",
         variation=variation,
         speed=speeds,
@@ -122,7 +102,6 @@ def critical_gain(
         lanes=_BY_ROOTS if isinstance(chosen, CharacteristicRoots) else _BY_OPERATORS,
         bytes=COPIES * (_BYTES + _BYTES_OF_SCAN * _checks.integer("scan", scan, 3)),
     )
-    return run_study(task, store, executor, progress, over is not None)
 
 
 def _limit(model: Any, speed: np.ndarray, *, bounds: Bounds, method: AnyMethod, scan: int) -> Limit:

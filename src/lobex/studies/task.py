@@ -4,7 +4,7 @@ import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from typing import Any, Protocol, TypedDict, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -17,7 +17,6 @@ from lobex.studies.variation import Variation
 Result = Chart | Limit | WearMap | BladingWear
 Path = str | os.PathLike[str]
 Over = Mapping[str, Any]
-Numbers = Callable[[dict[str, Any]], Any]
 
 
 @runtime_checkable
@@ -37,14 +36,6 @@ class Cluster(Protocol):
 
 
 AnyExecutor = Executor | Cluster
-
-
-class Run(TypedDict, total=False):
-    """Where chunks go to and who computes them, as ``sweep`` takes it."""
-
-    store: Path | None
-    executor: AnyExecutor | None
-    progress: bool
 
 
 COPIES = 4

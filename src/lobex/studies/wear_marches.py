@@ -2,66 +2,27 @@
 
 from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, Unpack, overload
+from typing import Any
 
 import numpy as np
 
 from lobex import _checks
 from lobex._shapes import ArrayLike
-from lobex.contact.casing import Casing
-from lobex.contact.laws import ContactLaw
 from lobex.marches import wear
 from lobex.marches.arrangement import Arrangement
 from lobex.processes.plausible import implausible
 from lobex.processes.regenerative import Rub
 from lobex.results.blading_wear import BladingWear
 from lobex.results.wear_map import WearMap
-from lobex.studies.task import COPIES, AnyExecutor, Numbers, Over, Path, Run, Task
+from lobex.studies.studied import studied
+from lobex.studies.task import COPIES, AnyExecutor, Over, Path, Task
 from lobex.studies.variation import Variation, axes_of
-
-if TYPE_CHECKING:
-    from lobex.studies.study import Study
 
 # Lanes of a chunk, and time steps of all of them together: some seconds on two cores.
 _LANES, _STEPS = 768, 2**26
 
 
-Casings = Casing | Sequence[Casing]
-Laws = ContactLaw | Sequence[ContactLaw]
-
-
-class Settings(Run, total=False):
-    """The further arguments of ``march_wear``; see there."""
-
-    samples_per_revolution: int
-    incursion: float
-    angles_degrees: ArrayLike | None
-    tracks: Sequence[int] | None
-    watched: int
-
-
-@overload
-def march_wear(
-    modes: Any,
-    casing: Casings,
-    law: Laws,
-    speed: Any,
-    revolutions: int = 20,
-    steps_per_revolution: int = 4096,
-    **settings: Unpack[Settings],
-) -> WearMap | BladingWear: ...
-@overload
-def march_wear(
-    modes: Any,
-    casing: Casings | Numbers,
-    law: Laws | Numbers,
-    speed: Any,
-    revolutions: int = 20,
-    steps_per_revolution: int = 4096,
-    *,
-    over: Over,
-    **settings: Unpack[Settings],
-) -> "Study": ...
+@studied(wear.march_wear)
 def march_wear(
     modes: Any,
     casing: Any,
@@ -79,7 +40,7 @@ def march_wear(
     store: Path | None = None,
     executor: AnyExecutor | None = None,
     progress: bool = False,
-) -> "WearMap | BladingWear | Study":
+) -> Task:
     """March rubbing blades over some revolutions at every speed, wearing the casing: chapter 1, for real blades too.
 
     Central differences, (1.16)-(1.17), in modal form, one casing cell per step: second order in the step, and stable
@@ -141,10 +102,6 @@ def march_wear(
     turns |= {name: value for name, value in given.items() if value is not None and np.size(value) and np.any(value)}
     if tracks is not None:
         turns["tracks"] = tracks
-    if over is None and store is None and executor is None:
-        return wear.march_wear(modes, casing, law, speed, **turns, progress=progress)
-    from lobex.studies.run import run_study
-
     variation = Variation({"modes": modes, "casing": casing, "law": law}, axes_of(over, "march_wear"))
     for name, least in (("revolutions", 1), ("steps_per_revolution", 16), ("samples_per_revolution", 16)):
         _checks.integer(name, turns[name], least)
@@ -154,7 +111,7 @@ def march_wear(
     steps = revolutions * steps_per_revolution
     first = variation.at(0)
     arranged = Arrangement.of(first["modes"], first["casing"], first["law"], angles_degrees, tracks, watched)
-    task = Task(
+    return Task(
         verb="march_wear",
         variation=variation,
         speed=speeds,
@@ -165,7 +122,6 @@ def march_wear(
         lanes=max(min(_LANES, _STEPS // (steps * arranged.place.size)), 1),
         bytes=COPIES * wear.bytes_of_lane(arranged, revolutions, steps_per_revolution, samples_per_revolution),
     )
-    return run_study(task, store, executor, progress, over is not None)
 
 
 def _march(model: dict[str, Any], speed: np.ndarray, *, turns: dict[str, Any]) -> WearMap | BladingWear:
