@@ -136,7 +136,7 @@ def test_more_stable_intervals_than_there_is_room_for_are_told():
 
     with pytest.warns(lobex.SweepWarning, match="1 of 1 speeds have more than 4 stable intervals, of which the lowest"):
         study = lobex.critical_gain(equation, [0.5], (0.1, 12.7), METHOD, scan=7, over={"a": [0.5, 1.0]})
-    assert study.sizes["interval"] == 4
+    assert study.to_xarray().sizes["interval"] == 4
     few, many = study.at(0), study.at(1)
     assert (few.status[0], many.status[0]) == ("found", "more intervals than kept")
     assert few.intervals[0].ravel() == pytest.approx([0.1, *(np.pi / 2 * np.array([1, 3, 5, 7])), 12.7])

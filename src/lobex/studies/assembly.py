@@ -30,7 +30,8 @@ def assembled(verb: str, plan: Plan, speed: np.ndarray, read: Read) -> xarray.Da
         read: a chunk by its number; the first is read at once, the others when they are asked for.
     """
     first, axes = read(0), tuple(plan.axes)
-    along = along_of(first)
+    # The lanes of a wear march may change their speeds.
+    along = "lane" if "lane" in first.sizes else "speed"
     whole = (*shape_of(plan.axes), plan.blocks)
     lanes = tuple(part.stop - part.start for _, part in map(plan.chunk, range(plan.blocks)))
     from dask import array
@@ -61,11 +62,6 @@ def assembled(verb: str, plan: Plan, speed: np.ndarray, read: Read) -> xarray.Da
     arrays = {str(name): of_chunks(str(name), variable) for name, variable in first.data_vars.items()}
     about = {"format": FORM, "verb": verb, OVER: json.dumps(axes)}
     return xarray.Dataset({**arrays, ATTRIBUTES: (axes, said)}, coordinates, about)
-
-
-def along_of(dataset: xarray.Dataset) -> str:
-    """The axis of the speeds: "speed", or "lane" of a wear march, whose speeds may change."""
-    return "lane" if "lane" in dataset.sizes else "speed"
 
 
 def _boxed(read: Read, whole: tuple[int, ...], block_id: tuple[int, ...]) -> Shaped[np.ndarray, "..."]:

@@ -1,13 +1,14 @@
-"""Running a study: its chunks, into memory or into a store, until all are there."""
+"""Running a study: its chunks, as they are sent to whoever computes them, until all are in memory or in a store."""
 
 import os
 import warnings
-from collections.abc import Iterator
-from dataclasses import replace
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
 from typing import Any
 
 import jax
 import numpy as np
+import xarray
 from tqdm import tqdm
 
 from lobex._memory import check_memory
@@ -15,21 +16,59 @@ from lobex._timing import timed
 from lobex._warnings import LobexWarning, SweepWarning
 from lobex.results.saving import in_this_process
 from lobex.studies.assembly import assembled
-from lobex.studies.chunk import Chunk, Computed, compute
 from lobex.studies.engine import Engine, ended, engine_of
 from lobex.studies.interruption import Interruption, postponed
 from lobex.studies.manifest import manifest_of
 from lobex.studies.plan import Plan, plan_of
-from lobex.studies.store import Store
+from lobex.studies.store import Place, Store
 from lobex.studies.study import Study
-from lobex.studies.task import COPIES, AnyExecutor, Task
+from lobex.studies.task import COPIES, AnyExecutor, Result, Task
 from lobex.studies.variation import in_words, numbers_at
-from lobex.studies.warned import Collected
+from lobex.studies.warned import Collected, Warned, heard
 
 # Frames between a user's call of a verb and what warns here.
 _STACK = 3
 # Chunks whose checksums are compared in one call.
 _COMPARED = 32
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """What a chunk is made of: arrays, numbers, and functions that can be named.
+
+    Attributes:
+        number: of the chunk.
+        where: the combination of the further axes in words, for errors.
+        compute, model, speed: the verb, the model at that combination, and the chunk's speeds.
+        place: where it goes to; None for back to whoever asked.
+    """
+
+    number: int
+    where: str
+    compute: Callable[[Any, np.ndarray], Result]
+    model: Any
+    speed: np.ndarray
+    place: Place | None
+
+
+def computed(chunk: Chunk) -> tuple[xarray.Dataset, list[Warned]]:
+    """Compute a chunk: its dataset, empty once that is written to its place, and what was warned of.
+
+    What depends on the hour is left out of it, so that the same chunk is the same file.
+
+    Raises:
+        ValueError: what the verb refuses, and a place that cannot be written.
+    """
+    with heard() as warned:
+        try:
+            result: Any = chunk.compute(chunk.model, chunk.speed)
+        except ValueError as error:
+            raise ValueError(f"{error}{f'; at {chunk.where}' if chunk.where else ''}") from error
+        dataset = replace(result, seconds=float("nan"), compiling=float("nan")).to_xarray()
+    if chunk.place is None:
+        return dataset, warned
+    chunk.place.write(chunk.number, dataset)
+    return xarray.Dataset(), warned
 
 
 def run_study(
@@ -59,7 +98,7 @@ def run_study(
                 "give fewer, or a store, which is never in memory as a whole: store=",
             )
             work = _Work(task, plan, engine, None, progress)
-            chunks = {number: chunk.dataset for number, chunk in work.computed(range(plan.chunks))}
+            chunks = dict(work.computed(range(plan.chunks)))
             with in_this_process():
                 dataset = assembled(task.verb, plan, task.speed, chunks.__getitem__).load()
             study = Study(dataset)
@@ -110,17 +149,18 @@ class _Work:
 
     def computed(
         self, numbers: Any, interruption: Interruption | None = None, done: int = 0
-    ) -> Iterator[tuple[int, Computed]]:
-        """Chunks by number, as they end."""
+    ) -> Iterator[tuple[int, xarray.Dataset]]:
+        """Chunks by number, as they end; empty ones if they went to the store."""
         interruption = interruption or Interruption()
         total = self.plan.combinations * self.plan.lanes * self.task.points
         bar = tqdm(total=total, initial=done, unit="pt", unit_scale=True, disable=self.hidden, leave=False)
         with bar:
             label = f"{self.task.verb}-chunk"
-            for number, chunk in ended(self.engine, label, compute, numbers, self._chunk, interruption):
-                self.collected.add(chunk.warned)
+            for number, chunk in ended(self.engine, label, computed, numbers, self._chunk, interruption):
+                dataset, warned = chunk
+                self.collected.add(warned)
                 bar.update(self._points(number))
-                yield number, chunk
+                yield number, dataset
 
     def _drop_damaged(self, store: Store, names: dict[int, str], interruption: Interruption) -> None:
         """Compare all checksums: what does not agree is to be computed again."""

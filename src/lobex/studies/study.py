@@ -12,7 +12,7 @@ import xarray
 from lobex.results.description import wall_time
 from lobex.results.saving import in_parts, in_this_process, joined, save_dataset
 from lobex.results.stored import Stored
-from lobex.studies.assembly import OVER, along_of, assembled
+from lobex.studies.assembly import OVER, assembled
 from lobex.studies.store import Store
 from lobex.studies.variation import ATTRIBUTES, check_name, in_words
 
@@ -65,16 +65,6 @@ class Study:
         return {name: self.dataset[name].to_numpy() for name in json.loads(self.dataset.attrs[OVER])}
 
     @property
-    def along(self) -> str:
-        """The axis of the speeds: "speed", or "lane" of a wear march, whose speeds may change."""
-        return along_of(self.dataset)
-
-    @property
-    def sizes(self) -> dict[str, int]:
-        """The length of every axis, by name."""
-        return {str(name): size for name, size in self.dataset.sizes.items()}
-
-    @property
     def names(self) -> tuple[str, ...]:
         """Names of the arrays."""
         return tuple(str(name) for name in self.dataset.data_vars if name != ATTRIBUTES)
@@ -93,7 +83,7 @@ class Study:
     def __repr__(self) -> str:
         values = {**self.over, "speed": self.speed}
         sizes = {name: len(v) for name, v in values.items()}
-        sizes |= {name: size for name, size in self.sizes.items() if name == "gain"}
+        sizes |= {str(name): size for name, size in self.dataset.sizes.items() if name == "gain"}
         lines = [f"Study by {self.verb}: {' × '.join(f'{size} {name}' for name, size in sizes.items())}"]
         lines += [f"  {name:<16} {v.min():.6g} to {v.max():.6g}" for name, v in values.items()]
         lines += [f"  {'arrays':<16} {', '.join(self.names)}"]
