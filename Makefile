@@ -55,6 +55,7 @@ bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/wear.py
 	$(BIN)/python benchmarks/bladings.py
 	$(BIN)/python benchmarks/growth_of_studies.py
+	$(BIN)/python benchmarks/sharing_of_studies.py
 	$(BIN)/python benchmarks/programs.py
 	$(BIN)/python benchmarks/latency.py
 
