@@ -268,6 +268,19 @@ def table(path):
     return {name: np.array(column) for name, column in zip(head, zip(*rows, strict=True), strict=True)}
 
 
+@pytest.mark.parametrize("name", ["chart", "sensitivities", "march"])
+def test_zarr_holds_all_labelled_arrays_and_the_model(name, tmp_path):
+    pytest.importorskip("zarr")
+    RESULTS[name]().save(tmp_path / "r.zarr")
+    assert [p.name for p in tmp_path.iterdir()] == ["r.zarr"]
+    labelled = RESULTS[name]().to_xarray()
+    with xarray.open_zarr(tmp_path / "r.zarr", consolidated=False) as again:
+        xarray.testing.assert_equal(again.load(), labelled)
+    assert again.attrs["process"] == labelled.attrs["process"]
+    with refused("r.zarr"):
+        RESULTS[name]().save(tmp_path / "r.zarr")
+
+
 @pytest.mark.parametrize("name", [name for name in RESULTS if name not in WITHOUT_TABLE])
 def test_tables_have_numbers_to_the_last_digit_and_units(name, saved, tmp_path):
     RESULTS[name]().save(tmp_path / "r.csv")

@@ -48,17 +48,18 @@ def save_dataset(dataset: xarray.Dataset, path: str | os.PathLike[str], read_bac
 def write_netcdf(dataset: xarray.Dataset, file: Path, **how: Any) -> None:
     """Write a NetCDF-4 file, which takes texts at once and other arrays as they are computed."""
     with in_this_process():
-        _with_texts(dataset).to_netcdf(file, engine="h5netcdf", format="NETCDF4", **how)
+        _with_texts(dataset, str).to_netcdf(file, engine="h5netcdf", format="NETCDF4", **how)
 
 
 def _write_zarr(dataset: xarray.Dataset, folder: Path, pipeline: dict[str, Any]) -> None:
-    whole = _with_texts(dataset)
+    whole = _with_texts(dataset, object)
     whole.to_zarr(folder, zarr_format=3, consolidated=False, encoding=dict.fromkeys(whole.variables, pipeline))
 
 
-def _with_texts(dataset: xarray.Dataset) -> xarray.Dataset:
-    """The dataset with its texts at hand, whose lengths a file asks for."""
-    return dataset.assign({name: array.load() for name, array in dataset.data_vars.items() if array.dtype == object})
+def _with_texts(dataset: xarray.Dataset, kind: type) -> xarray.Dataset:
+    """The dataset with its texts at hand, as a format takes them: of one length, or each of its own."""
+    texts = {name: array for name, array in dataset.variables.items() if array.dtype.kind in "OU"}
+    return dataset.assign({name: array.load().astype(kind) for name, array in texts.items()})
 
 
 def in_this_process() -> AbstractContextManager[object]:
