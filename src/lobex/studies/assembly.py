@@ -1,7 +1,7 @@
 """The chunks of a study as one labelled dataset, of dask arrays that read the chunks that they are asked for."""
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -80,15 +80,10 @@ def _said(boxes: Shaped[np.ndarray, "..."]) -> Shaped[np.ndarray, "..."]:
     """What all chunks of a combination say, as JSON; numbers of lanes are added up."""
     parts = [chunk.attrs for chunk in boxes.flat]
     whole = {**parts[0], **{name: np.sum([part[name] for part in parts]) for name in _SUMS if name in parts[0]}}
+    told = {str(name): v if isinstance(v, str) else np.asarray(v).tolist() for name, v in whole.items()}
     text = _empty(boxes.shape[:-1], object, 1)
-    text[...] = as_json(whole)
+    text[...] = json.dumps(told, ensure_ascii=False)
     return text
-
-
-def as_json(attributes: Mapping[Any, Any]) -> str:
-    """What is said of a result as text."""
-    told = {str(name): v if isinstance(v, str) else np.asarray(v).tolist() for name, v in attributes.items()}
-    return json.dumps(told, ensure_ascii=False)
 
 
 def _empty(dims: Any, dtype: Any, size: int = 0) -> np.ndarray:

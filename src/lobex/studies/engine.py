@@ -10,13 +10,15 @@ from contextlib import suppress
 from functools import partial
 from multiprocessing.reduction import ForkingPickler
 from queue import SimpleQueue
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lobex import _checks
 from lobex._devices import cores
 from lobex.studies.interruption import Interruption
 from lobex.studies.local_processes import Processes
-from lobex.studies.task import Cluster
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 # Calls that are handed over before the first is back: some for every worker of a large cluster.
 _AHEAD = 1024
@@ -81,7 +83,7 @@ class Engine:
 class _OnCluster(Engine):
     """Calls by the names that dask shows on its dashboard, with as many threads as their worker was started with."""
 
-    def __init__(self, client: Cluster) -> None:
+    def __init__(self, client: "Client") -> None:
         self.client, self.ahead = client, _AHEAD
         distributed = sys.modules["distributed"]
         self.lost = (BrokenExecutor, distributed.KilledWorker)

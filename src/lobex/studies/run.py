@@ -107,7 +107,7 @@ def run_study(
             shared = Store.begin(store, manifest)
             work = _Work(task, shared.plan, engine, shared, progress)
             work.complete(shared)
-            study = Study.of_store(shared)
+            study = Study.open(store)
         work.collected.say(work.plan.chunks, _STACK)
         if further:
             return replace(study, seconds=spent.seconds, compiling=spent.compiling)

@@ -28,14 +28,10 @@ def to_bytes(dataset: xarray.Dataset) -> bytes:
             made = file.create_variable(str(name), variable.dims, data=variable.to_numpy())
             made.attrs.update(variable.attrs)
         file.attrs.update(dataset.attrs)
-        file.attrs.update(coordinates_of(dataset))
+        # By this attribute a file names coordinates that are no dimensions.
+        if others := [str(name) for name in dataset.coords if name not in dataset.dims]:
+            file.attrs["coordinates"] = " ".join(others)
     return buffer.getvalue()
-
-
-def coordinates_of(dataset: xarray.Dataset) -> dict[str, str]:
-    """The attribute by which a file names coordinates that are no dimensions."""
-    names = [str(name) for name in dataset.coords if name not in dataset.dims]
-    return {"coordinates": " ".join(names)} if names else {}
 
 
 def from_bytes(content: bytes) -> xarray.Dataset:

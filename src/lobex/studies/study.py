@@ -46,11 +46,7 @@ class Study:
     @classmethod
     def open(cls, folder: str | os.PathLike[str]) -> "Study":
         """The study in a store. ValueError where that is not complete, or no store; the chunks are read when needed."""
-        return cls.of_store(Store.open(folder))
-
-    @classmethod
-    def of_store(cls, store: Store) -> "Study":
-        """The study in a store that is open, as ``open`` has it."""
+        store = Store.open(folder)
         dataset = assembled(store.manifest["verb"], store.plan, store.manifest["speed"], store.reader())
         return cls(dataset, f"store = {str(store.folder)!r}")
 

@@ -4,7 +4,7 @@ import os
 from collections.abc import Callable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from typing import Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,24 +19,13 @@ Path = str | os.PathLike[str]
 Over = Mapping[str, Any]
 
 
-@runtime_checkable
-class Cluster(Protocol):
-    """What is asked of a ``dask.distributed.Client``."""
+if TYPE_CHECKING:
+    from distributed import Client
 
-    asynchronous: Any
-    status: str
-
-    def submit(self, func: Any, /, *args: Any, **kwargs: Any) -> Any:
-        """Hand over a call."""
-        ...
-
-    def cancel(self, futures: Any, /) -> Any:
-        """Take calls back."""
-        ...
-
-
-AnyExecutor = Executor | Cluster
-
+    AnyExecutor = Executor | Client
+else:
+    # Dask's clusters are not everybody's.
+    AnyExecutor = Any
 
 COPIES = 4
 """About so often the results of a chunk are held while it is computed and written."""
