@@ -2,10 +2,14 @@
 
 import math
 
+import jax
 import jax.numpy as jnp
 from jaxtyping import Array, Float
 
 from lobex._shapes import AnyArray, Number
+
+# Cosine and sine.
+Waves = tuple[Float[Array, "*lanes"], Float[Array, "*lanes"]]
 
 
 def carrier_frequency(
@@ -37,15 +41,36 @@ def carrier_frequency(
     cosine, sine = (decay * part for part in _cosine_and_sine(angle * phase))
     real = cosine[:, None] * motion[..., 0] + sine[:, None] * motion[..., 1]
     imaginary = cosine[:, None] * motion[..., 1] - sine[:, None] * motion[..., 0]
-    turn = 2 * jnp.pi * order[:, None] * phase
     both = jnp.concatenate([real, imaginary], axis=-1)
-    even, odd = (part.reshape(-1, 2, jnp.shape(real)[-1]) for part in (jnp.cos(turn) @ both, jnp.sin(turn) @ both))
+    waves = _harmonics(2 * jnp.pi * phase, len(order))
+    even, odd = (part.reshape(-1, 2, jnp.shape(real)[-1]) for part in (wave @ both for wave in waves))
     # Those of k and of −k, |∫ p e^{∓iω}|², from the same integrals.
     power = jnp.stack([(even[:, 0] + sign * odd[:, 1]) ** 2 + (even[:, 1] - sign * odd[:, 0]) ** 2 for sign in (1, -1)])
     gap = jnp.maximum(jnp.max(jnp.diff(phase)), 1 - phase[-1])
     power = jnp.where(order * gap <= 0.5, jnp.sum(power, axis=-1), 0.0)
     carrier = jnp.stack([order, -order])[jnp.unravel_index(jnp.argmax(power), jnp.shape(power))]
     return jnp.abs(angle / (2 * jnp.pi) + carrier) / delay
+
+
+def _harmonics(angle: Float[Array, " S"], count: int) -> tuple[Float[Array, "{count} S"], Float[Array, "{count} S"]]:
+    """Cosines and sines of 0, 1, … times angles: those of few, and of so many times as much, in products."""
+    few = math.isqrt(count - 1) + 1
+    turn = jnp.cos(angle), jnp.sin(angle)
+    near = _powers(turn, few)
+    (c, s), (cosine, sine) = near, _powers(_product((near[0][-1], near[1][-1]), turn), few)
+    (ahead, beside) = _product((cosine[:, None], sine[:, None]), (c, s))
+    return tuple(part.reshape(few**2, -1)[:count] for part in (ahead, beside))
+
+
+def _powers(turn: Waves, count: int) -> Waves:
+    """Of (S,) those of 0, 1, … times, (count, S)."""
+    one = jnp.ones_like(turn[0]), jnp.zeros_like(turn[0])
+    return jax.lax.scan(lambda wave, _: (_product(wave, turn), wave), one, length=count)[1]
+
+
+def _product(one: Waves, other: Waves) -> Waves:
+    """Of cosines and sines those of the sum of angles."""
+    return one[0] * other[0] - one[1] * other[1], one[1] * other[0] + one[0] * other[1]
 
 
 def _cosine_and_sine(angle: Float[Array, " S"]) -> tuple[Float[Array, " S"], Float[Array, " S"]]:
