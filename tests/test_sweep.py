@@ -12,6 +12,7 @@ import pytest
 import lobex
 from cases import LIMIT_CASES, MILL, MULTIPLIER_TOOLS, ROD, milling, rub
 from lobex.floquet import dense, power
+from lobex.floquet.subspace import dominant_pair
 from lobex.grids.dominant import Dominant
 
 GRIDS = [
@@ -44,6 +45,7 @@ def test_chunks_of_any_shape_give_the_same_map(monkeypatch):
     speeds, gains = np.linspace(60, 400, 7), np.linspace(0, 4e6, 9)
     whole = lobex.sweep(ROD, speeds, gains, lobex.Duhamel())
     module = sys.modules["lobex.grids.refinement"]
+    monkeypatch.setattr(module, "_CALL", 1)
     for bytes_ in (1.0, 8 * 36**2 * 100):
         monkeypatch.setattr(module, "_CHUNK_BYTES", bytes_)
         parts = lobex.sweep(ROD, speeds, gains, lobex.Duhamel())
@@ -52,6 +54,7 @@ def test_chunks_of_any_shape_give_the_same_map(monkeypatch):
 
 
 # Each as one program, as a sweep has it.
+FEW = jax.jit(lambda matrix, squarings: dominant_pair(matrix, 8, squarings))
 PAIR, TRIPLE, LEFT = (jax.jit(one) for one in (power.pair_by_squaring, power.triple_by_squaring, dense.left_vector))
 
 
@@ -85,6 +88,27 @@ def test_powers_meet_a_known_spectrum(second):
     assert float(residual) < 1e-10
     assert matrix @ np.asarray(right) == pytest.approx(1.3 * np.asarray(right), abs=1e-9)
     assert np.asarray(left) @ matrix == pytest.approx(1.3 * np.asarray(left), abs=1e-9)
+
+
+@pytest.mark.parametrize("angle", [0.0, 2.0])
+def test_a_few_vectors_find_the_dominant_multiplier_of_a_large_operator(angle):
+    """Eight multipliers of a structure, some of a delay behind them, and as few as the eight alone."""
+    rng = np.random.default_rng(3)
+    values = np.r_[1.3, -1.28, 1.2, 1.1, 0.9, -0.9, 0.7, 0.5, 0.05 * 0.5 ** np.arange(52)]
+    basis = rng.standard_normal((60, 60))
+    for count in (60, 8):
+        matrix = np.diag(np.where(np.arange(60) < count, values, 0.0))
+        if angle:
+            matrix[:2, :2] = 1.3 * np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        matrix = basis @ matrix @ np.linalg.inv(basis)
+        with jax.enable_x64(True):
+            value, right, left = map(power.as_complex, FEW(matrix, 9))
+        assert complex(value) == pytest.approx(1.3 * np.exp(1j * angle), rel=1e-11)
+        assert matrix @ np.asarray(right) == pytest.approx(complex(value) * np.asarray(right), abs=1e-10)
+        # A left vector tells how far to trust the value, and takes two digits for it.
+        lefts = np.asarray(left) / np.linalg.norm(left)
+        assert lefts @ matrix == pytest.approx(complex(value) * lefts, abs=1e-3)
+        assert complex(np.asarray(left) @ np.asarray(right)) == pytest.approx(1)
 
 
 def test_powers_meet_a_known_pair():

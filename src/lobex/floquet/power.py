@@ -113,9 +113,14 @@ def _in_plane(matrix: Float[Array, "N N"], start: Float[Array, " N"], left: Floa
     x = x / jnp.sqrt(jnp.sum(x**2))
     vector = first[:, None] * x[0] + second[:, None] * x[1]
     mirrored = jnp.stack([left @ matrix - (a + d - real) * left, imaginary * left], axis=-1)
-    (p, q), (r, s) = mirrored.T @ vector
+    return Pair(jnp.stack([real, imaginary]), vector, matched(mirrored, vector))
+
+
+def matched(left: Float[Array, "N 2"], vector: Float[Array, "N 2"]) -> Float[Array, "N 2"]:
+    """The multiple of a left vector w with wᵀv = 1."""
+    (p, q), (r, s) = left.T @ vector
     met = jnp.stack([p - s, -q - r])
-    return Pair(jnp.stack([real, imaginary]), vector, mirrored @ rotation(met) / jnp.sum(met**2))
+    return left @ rotation(met) / jnp.sum(met**2)
 
 
 def _unit(vector: Float[Array, " N"]) -> Float[Array, " N"]:

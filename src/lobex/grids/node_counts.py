@@ -21,8 +21,9 @@ MANY = 20_000
 _BETWEEN = 4_000
 # The same where pieces are more than this, whose operators take longer to compute than to compile.
 _PIECES = 4
-# Radians over half a piece that coefficients add to those of the first mode, for the first guess alone.
-_BY_COEFFICIENTS = 1.5
+# Radians over half a piece that coefficients add to those of the first mode, for the first guess alone, and the part
+# of a period below which a piece has but its share of them.
+_BY_COEFFICIENTS, _SHARED = 1.5, 0.25
 # How much of them nodes may miss, in roots of the tolerance, for that: where a wrong guess costs one more size, and
 # where it costs a few points.
 _SAFE, _BOLD = 2.0, 20.0
@@ -51,10 +52,12 @@ def node_counts(
         return NodeCounts((method.nodes,), np.zeros(len(speeds), dtype=int), np.zeros(len(speeds), dtype=int))
     ends = np.array([np.min(speeds), np.max(speeds)])
     # Turning is a power of the speed, or nearly, unless what is called speed is something else.
-    turns = [_turn(process, speed, followed) for speed in ends]
-    half = np.exp(np.interp(np.log(speeds), np.log(ends), np.log(turns)))
+    turns = [turn_of(process, speed, 0.0, followed) for speed in ends]
     system = process.system(ends[0], 0.0)
-    pieces = mesh_of(system).pieces
+    mesh = mesh_of(system)
+    pieces, widest = mesh.pieces, float(np.max(mesh.length))
+    half = np.exp(np.interp(np.log(speeds), np.log(ends), np.log(turns)))
+    half = half + _BY_COEFFICIENTS * min(widest / _SHARED, 1.0)
     fine = np.array(_SIZES)
     large = [size for size in _LARGE if size * pieces * system.force_size <= _MOST_FORCES]
     # Of few points it is quicker to compute some too finely than to compile one more size, unless pieces are many.
@@ -80,12 +83,12 @@ def enough_nodes(found: Dominant, tolerance: float) -> int:
 
 def _coarse(half: np.ndarray, sizes: np.ndarray, missed: float) -> np.ndarray:
     """Whether sizes (k,) miss more of a turn of ±x radians, (n,), shape (n, k)."""
-    return np.asarray(tail_bound(half[:, None] + _BY_COEFFICIENTS, sizes)) > missed
+    return np.asarray(tail_bound(half[:, None], sizes)) > missed
 
 
-def _turn(process: Process, speed: float, followed: Callable[[np.ndarray], float]) -> float:
+def turn_of(process: Process, speed: float, gain: float, followed: Callable[[np.ndarray], float]) -> float:
     """Radians that the mode to follow turns through in half of the widest piece in contact."""
-    system = process.system(speed, 0.0)
+    system = process.system(speed, gain)
     rate = float(followed(np.asarray(quickness(np.asarray(system.blocks)))))
     widest = float(np.max(mesh_of(system).length))
     return max(np.nan_to_num(rate * float(system.period) * widest / 2), np.finfo(float).tiny)

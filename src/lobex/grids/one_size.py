@@ -9,9 +9,10 @@ from jaxtyping import Array, Float, Inexact, Int
 from lobex._batches import over_few, together
 from lobex._compiled import compiled_for
 from lobex._shapes import AnyArray, Number
-from lobex.floquet import dense, power
+from lobex.floquet import dense
 from lobex.floquet.chatter import carrier_frequency
 from lobex.floquet.power import Pair, as_complex, as_pair
+from lobex.floquet.subspace import dominant_pair
 from lobex.operators.duhamel import Duhamel
 from lobex.operators.elimination import inverse, pivoted_inverse
 from lobex.processes.process import Process
@@ -41,7 +42,7 @@ def prepared_at(
     return over_few(at, together(len(speeds), FEWEST), count, speeds)
 
 
-@compiled_for("densely", "several")
+@compiled_for("densely", "several", "samples")
 def with_errors(
     process: Process,
     prepared: Any,
@@ -53,14 +54,18 @@ def with_errors(
     count: Number,
     densely: bool,
     several: int,
+    samples: int | None,
 ) -> tuple[Inexact[Array, " p"], ...]:
     """Dominant multipliers, chatter frequencies, estimated errors by nodes and by rounding, and defects, at the first
-    ``count`` points.
+    ``count`` points; with ``samples`` of the structure's kernel where nothing is prepared.
     """
 
     def point(row: Int[Array, ""], speed: Float[Array, ""], gain: Float[Array, ""]) -> tuple[Inexact[Array, ""], ...]:
         system = process.system(speed, gain)
-        mine = method.prepare(system) if prepared is None else jax.tree.map(lambda part: part[row], prepared)
+        if prepared is None:
+            mine = method.prepare(system, samples=samples)
+        else:
+            mine = jax.tree.map(lambda part: part[row], prepared)
         forces = method.forces(system)
         pieces = method.respond(mine, system, pivoted_inverse if densely else inverse, forces)
         matrix = method.assemble(pieces, system)
@@ -68,7 +73,7 @@ def with_errors(
             value, vector = dense.pair_by_eigensolver(matrix)
             pair = Pair(*map(as_pair, (value, vector, dense.left_vector(matrix, value, vector))))
         else:
-            pair = power.pair_by_squaring(matrix, squarings)
+            pair = dominant_pair(matrix, system.state_size, squarings)
         motion = method.motion(mine, pieces, system, pair, forces)
         frequency = carrier_frequency(motion.phase, motion.weight, motion.output, system.period, pair.value)
         return as_complex(pair.value), frequency, motion.error, motion.rounding, motion.defect

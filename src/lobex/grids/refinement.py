@@ -11,10 +11,10 @@ from tqdm import tqdm
 
 from lobex._batches import FirstAlone, side_by_side
 from lobex.grids.dominant import Dominant
-from lobex.grids.node_counts import MANY, node_counts
+from lobex.grids.node_counts import MANY, node_counts, turn_of
 from lobex.grids.one_size import FEWEST, few_of_each, prepared_at, with_errors
 from lobex.operators.duhamel import Duhamel
-from lobex.operators.response import samples_in_flight
+from lobex.operators.response import kernel_samples, samples_in_flight
 from lobex.processes.process import Process
 from lobex.systems.mesh import mesh_of
 from lobex.systems.traits import traits_of
@@ -32,12 +32,16 @@ _SETTLED, _OF_ERROR = 1e-11, 1e-3
 _SOME, _GROUPS, _TOO_MANY = 4, 24, 1 / 3
 _FURTHER, _MOSTLY = 12, 0.9
 _CHUNK_BYTES = 1e6
+# Points of a call on a CPU, which computes few of them at a time.
+_CALL = 128
 # What points that are computed together may need.
 _CACHE_BYTES = 5e5
 SPEEDS = 32
 """Structures prepared at a time."""
 # Rows of the operators of all pieces up to which these are small.
 _SMALL = 400
+# Gains at which the pieces are looked at, and how much longer they may be between.
+_LOOKS, _BETWEEN = 5, 1.1
 
 
 class Refinement:
@@ -49,6 +53,7 @@ class Refinement:
         self.of_growth = of_growth
         self.sizes: tuple[int, ...] = ()
         self.in_flight = 0
+        self.samples: int | None = None
         self.programs = FirstAlone()
 
     def run(self, speeds: np.ndarray, row: np.ndarray, gain: np.ndarray, progress: bool) -> Dominant:
@@ -66,6 +71,8 @@ class Refinement:
         points = np.bincount(row, minlength=len(speeds))
         self.sizes, start, last = node_counts(self.process, self.method, speeds, points, self.followed, accuracy)
         self.in_flight = samples_in_flight(self.process.system(np.min(speeds), 0.0))
+        if self.traits.structure_by_gain:
+            self.samples = samples_at(self.process, speeds, gain)
 
         def work(number: int) -> tuple[np.ndarray, _Slab]:
             mine = order[edges[number] : edges[number + 1]]
@@ -111,6 +118,13 @@ class Refinement:
             return slab.evaluate(prepared, np.zeros(1, dtype=int), method, _EFFORTS[0], batch)
 
         return [partial(call, method) for method in methods for call in (evaluate, prepare)]
+
+
+def samples_at(process: Process, speeds: np.ndarray, gains: np.ndarray) -> int | None:
+    """How often the structure's kernel is sampled over pieces that follow the gain; None where modes turn too far."""
+    some = np.unique(np.quantile(gains, np.linspace(0, 1, _LOOKS)))
+    ends = np.unique([np.min(speeds), np.max(speeds)])
+    return kernel_samples(_BETWEEN * max(turn_of(process, speed, gain, np.max) for speed in ends for gain in some))
 
 
 def _shares(speeds: int) -> np.ndarray:
@@ -238,6 +252,7 @@ class _Slab:
                 len(part),
                 densely,
                 several,
+                self.whole.samples,
             )
             results = self.whole.programs.call((self.device, method.nodes, densely, size), compute)
             for target, result in zip(targets, results, strict=True):
@@ -255,4 +270,4 @@ class _Slab:
             return size, size
         numbers = sum(part.size / len(part) for part in jax.tree.leaves(prepared)) + rows * (forces + rows)
         several = max(2 ** round(np.log2(_CACHE_BYTES / (8 * numbers))), FEWEST)
-        return several * -(-size // several), several
+        return several * -(-max(size, _CALL) // several), several

@@ -108,16 +108,19 @@ class Duhamel:
             return np.inf
         return max(2.0 * (self.count - 4), 0.0) / float(np.max(mesh_of(system).length))
 
-    def prepare(self, system: DelaySystem, resolved: bool = False, in_flight: int = IN_FLIGHT) -> Prepared:
+    def prepare(
+        self, system: DelaySystem, resolved: bool = False, in_flight: int = IN_FLIGHT, samples: int | None = None
+    ) -> Prepared:
         """What the structure makes of the past, for scaled forces and outputs: it does not depend on the coefficients.
 
         With ``resolved``, for a gain that acts on delayed forces only, the present force is included. A free
-        vibration is sampled ``in_flight`` times.
+        vibration is sampled ``in_flight`` times, and the structure's kernel, over pieces that are short enough for
+        it, ``kernel_samples``.
         """
         size, force = _output_scale(system), _force_scale(system)
         remembered = None if system.remembered is None else system.remembered / size
         scaled = replace(system, inputs=system.inputs / force, outputs=system.outputs / size, remembered=remembered)
-        prepared = prepare(scaled, self.count, in_flight)
+        prepared = prepare(scaled, self.count, in_flight, samples)
         # Forces that delays shorter than a piece bring act within it, and follow the gain.
         if not resolved or prepared.recent is not None:
             return prepared

@@ -49,13 +49,15 @@ class Prepared:
     resolvent: Float[Array, "M qe qe"] | None = None
 
 
-def prepare(system: DelaySystem, nodes: int, in_flight: int) -> Prepared:
-    """The structure's part, with q = ``nodes`` and free vibrations sampled ``in_flight`` times."""
+def prepare(system: DelaySystem, nodes: int, in_flight: int, samples: int | None = None) -> Prepared:
+    """The structure's part, with q = ``nodes``, free vibrations sampled ``in_flight`` times, and the structure's kernel
+    over pieces ``samples`` times, as ``forced_response`` says.
+    """
     mesh = mesh_of(system)
     fine = None if mesh.to_nodes else points_between(nodes)
     # Of pieces as long as each other one, where that is known.
     first, same = np.unique(mesh.as_long_as, return_inverse=True)
-    response = jax.vmap(lambda length: forced_response(system, length, nodes, fine))(mesh.length[first])
+    response = jax.vmap(lambda length: forced_response(system, length, nodes, fine, samples))(mesh.length[first])
     if len(first) < mesh.pieces:
         response = jax.tree.map(lambda part: part[same], response)
     landed = onward = jnp.concatenate([response.through, response.push], axis=2)

@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 from lobex._namespace import namespace
 from lobex._shapes import AnyArray, Number, Numbers
 from lobex.operators.exponential import exponential
+from lobex.operators.kernel import kernel_over
 from lobex.operators.moments import cell_phases, exponential_moments, legendre_values
 from lobex.systems.coefficients import gauss_nodes
 from lobex.systems.mesh import mesh_of
@@ -25,6 +26,9 @@ _TERMS = 14
 
 # Decimals to which widths of cells, in pieces, are the same.
 _DIGITS = 14
+
+# Samples of a kernel, and what they may leave of it.
+_SAMPLES, _LAST = (10, 14, 18, 22, 26, 30), 1e-15
 
 # Of a wave that is followed the nodes miss less.
 _FOLLOWED = 1e-2
@@ -71,24 +75,68 @@ def _cells(nodes: int, points: tuple[float, ...]) -> tuple[np.ndarray, np.ndarra
     return edges, np.einsum("kl,clj->ckj", analysis, basis.reshape(len(width), len(local), nodes))
 
 
+class _OverCells(NamedTuple):
+    """The modes at points of a piece and at its end, from its start and from the forces at its q nodes."""
+
+    points: np.ndarray
+    by_start: Float[Array, "p+1 n s s"]
+    by_force: Float[Array, "p+1 n s q e"]
+
+    def seen(
+        self, outputs: Float[AnyArray, "n r s"], points: np.ndarray
+    ) -> tuple[Float[Array, "pr d"], Float[Array, "pr qe"]]:
+        """Outputs at some of the points, of the start state and of the forces."""
+        _, n, s, nodes, e = jnp.shape(self.by_force)
+        rows = len(points) * jnp.shape(outputs)[1]
+        index = np.searchsorted(self.points, points)
+        if np.array_equal(index, np.arange(len(self.points))):
+            index = slice(len(self.points))
+        free = jnp.einsum("nrs,qnsa->qrna", outputs, self.by_start[:-1][index]).reshape(rows, n * s)
+        return free, jnp.einsum("nrs,qnsje->qrje", outputs, self.by_force[:-1][index]).reshape(rows, nodes * e)
+
+    def end(self) -> tuple[Float[Array, "n s s"], Float[Array, "d qe"]]:
+        """The end state, of the start state mode by mode, and of the forces."""
+        _, n, s, nodes, e = jnp.shape(self.by_force)
+        return self.by_start[-1], self.by_force[-1].reshape(n * s, nodes * e)
+
+
 def forced_response(
-    system: DelaySystem, length: Number, nodes: int, recalled: np.ndarray | None = None
+    system: DelaySystem, length: Number, nodes: int, recalled: np.ndarray | None = None, samples: int | None = None
 ) -> PieceResponse:
     """The response over a piece, exact for forces that are polynomials of degree below ``nodes``.
-
-    Duhamel's integral is marched from node to node: over each cell the modes fly freely, and the force's
-    Legendre terms act by the moments of the exponential.
 
     Args:
         system: the delay system.
         length: of the piece, in periods.
         nodes: q.
         recalled: points of the piece, in order, where what is remembered is wanted; the nodes where None.
+        samples: of the structure's kernel, ``kernel_samples``, over which it turns by little; None for any turn.
+    """
+    n, s, _ = jnp.shape(system.inputs)
+    own = gauss_nodes(nodes)[0]
+    duration = system.period * length
+    if samples is None:
+        points = own if recalled is None else np.union1d(own, recalled)
+        solved = _over_cells(system, duration, nodes, points)
+    else:
+        solved = kernel_over(system.blocks, system.inputs, duration, nodes, samples)
+    free, forced = solved.seen(system.outputs, own)
+    if recalled is None and system.remembered is None:
+        memory = free, forced
+    else:
+        memory = solved.seen(system.recalled, own if recalled is None else recalled)
+    through, push = solved.end()
+    through = jnp.einsum("nab,nm->namb", through, jnp.eye(n, dtype=push.dtype)).reshape(n * s, n * s)
+    missed = tail_bound(quickness(jnp.asarray(system.blocks)) * duration / 2, nodes)
+    return PieceResponse(free, forced, through, push, jnp.concatenate(memory, axis=1), missed)
+
+
+def _over_cells(system: DelaySystem, duration: Number, nodes: int, points: np.ndarray) -> _OverCells:
+    """Duhamel's integral, marched from point to point: over each cell the modes fly freely, and the force's Legendre
+    terms act by the moments of the exponential.
     """
     blocks, inputs = system.blocks, system.inputs
     n, s, e = jnp.shape(inputs)
-    own = gauss_nodes(nodes)[0]
-    points = own if recalled is None else np.union1d(own, recalled)
     edges, coefficients = _cells(nodes, tuple(points))
     count = len(points)
     # The points lie symmetrically: cells that are as wide as each other share all but their forces.
@@ -96,12 +144,12 @@ def forced_response(
     # One exponential for all: to the points and the end, over the cells, and at the samples within them.
     samples = cell_phases(widths)
     phases = np.concatenate([edges[1:], widths, samples.T.ravel()])
-    flights = exponential((system.period * length * phases)[:, None, None, None] * blocks)
+    flights = exponential((duration * phases)[:, None, None, None] * blocks)
     by_start, flight, samples = jnp.split(flights, [count + 1, count + 1 + len(widths)])
     samples = samples.reshape(-1, len(widths), n, s, s)
-    duration = (system.period * length * widths)[:, None, None, None]
-    moments = exponential_moments(duration * blocks, flight, samples, coefficients.shape[1])
-    moments = (duration * moments @ inputs)[:, alike]
+    spans = (duration * widths)[:, None, None, None]
+    moments = exponential_moments(spans * blocks, flight, samples, coefficients.shape[1])
+    moments = (spans * moments @ inputs)[:, alike]
     added = jnp.einsum("kcnae,ckj->cnaje", moments, coefficients)
 
     def over_cell(
@@ -111,28 +159,16 @@ def forced_response(
         state = jnp.einsum("nab,nb...->na...", propagator, state) + increment
         return state, state
 
-    dtype = jnp.result_type(added)
-    _, by_force = jax.lax.scan(over_cell, jnp.zeros((n, s, nodes, e), dtype), (flight[alike], added))
+    start = jnp.zeros((n, s, nodes, e), jnp.result_type(added))
+    _, by_force = jax.lax.scan(over_cell, start, (flight[alike], added))
+    return _OverCells(points, by_start, by_force)
 
-    def seen(
-        outputs: Float[AnyArray, "n r s"], where: np.ndarray
-    ) -> tuple[Float[Array, "qr d"], Float[Array, "qr qe"]]:
-        rows = len(where) * jnp.shape(outputs)[1]
-        index = np.searchsorted(points, where)
-        if np.array_equal(index, np.arange(count)):
-            index = slice(count)
-        free = jnp.einsum("nrs,qnsa->qrna", outputs, by_start[:-1][index]).reshape(rows, n * s)
-        return free, jnp.einsum("nrs,qnsje->qrje", outputs, by_force[:-1][index]).reshape(rows, nodes * e)
 
-    free, forced = seen(system.outputs, own)
-    if recalled is None and system.remembered is None:
-        memory = free, forced
-    else:
-        memory = seen(system.recalled, own if recalled is None else recalled)
-    through = jnp.einsum("nab,nm->namb", by_start[-1], jnp.eye(n, dtype=dtype)).reshape(n * s, n * s)
-    push = by_force[-1].reshape(n * s, nodes * e)
-    missed = tail_bound(quickness(jnp.asarray(blocks)) * system.period * length / 2, nodes)
-    return PieceResponse(free, forced, through, push, jnp.concatenate(memory, axis=1), missed)
+def kernel_samples(turn: float) -> int | None:
+    """How many samples, of few numbers, tell the structure's kernel over a piece to the last digits, where its modes
+    turn by ±x radians; None where that is too much.
+    """
+    return next((count for count in _SAMPLES if tail_bound(turn, count) < _LAST), None)
 
 
 def tail_bound(turn: Numbers, nodes: Any) -> Float[AnyArray, "..."]:
