@@ -52,14 +52,14 @@ def carrier_frequency(
     return jnp.abs(angle / (2 * jnp.pi) + carrier) / delay
 
 
-def _harmonics(angle: Float[Array, " S"], count: int) -> tuple[Float[Array, "{count} S"], Float[Array, "{count} S"]]:
-    """Cosines and sines of 0, 1, … times angles: those of few, and of so many times as much, in products."""
+def _harmonics(angle: Float[AnyArray, " S"], count: int) -> Waves:
+    """Cosines and sines of 0, 1, … times angles (S,), (count, S), as products of those of few and of multiples."""
     few = math.isqrt(count - 1) + 1
     turn = jnp.cos(angle), jnp.sin(angle)
     near = _powers(turn, few)
     (c, s), (cosine, sine) = near, _powers(_product((near[0][-1], near[1][-1]), turn), few)
-    (ahead, beside) = _product((cosine[:, None], sine[:, None]), (c, s))
-    return tuple(part.reshape(few**2, -1)[:count] for part in (ahead, beside))
+    ahead, beside = (part.reshape(few**2, -1)[:count] for part in _product((cosine[:, None], sine[:, None]), (c, s)))
+    return ahead, beside
 
 
 def _powers(turn: Waves, count: int) -> Waves:

@@ -14,7 +14,7 @@ from lobex.floquet.power import Pair, matched, pair_by_squaring
 
 # Vectors besides as many as the structure has multipliers, and rows, in numbers of vectors, up to which squaring the
 # operator itself takes less.
-_BESIDE, _SMALL = 8, 2.5
+_BESIDE, _SMALL = 8, 3.5
 # So many fewer periods than squarings turn the block, and so many more squarings its small matrix takes.
 _FEWER, _FEWEST, _MORE = 4, 2, 3
 # Of a vector, the square of what it has beside others for it to be counted.

@@ -43,13 +43,13 @@ class Kernel(NamedTuple):
         rows = len(points) * jnp.shape(outputs)[1]
         free = jnp.einsum("pk,krna->prna", between, jnp.einsum("nrs,knsa->krna", outputs, self.free))
         forced = jnp.einsum("pjk,kre->prje", weights, jnp.einsum("nrs,knse->kre", outputs, self.forced))
-        return free.reshape(rows, n * s), self.duration * forced.reshape(rows, self.nodes * e)
+        return free.reshape(rows, n * s), jnp.multiply(self.duration, forced.reshape(rows, self.nodes * e))
 
     def end(self) -> tuple[Float[Array, "n s s"], Float[Array, "d qe"]]:
         """The end state, of the start state mode by mode, and of the forces."""
         count, n, s, e = jnp.shape(self.forced)
         (weights,) = _weights(self.nodes, (1.0,), count)[1]
-        pushed = self.duration * jnp.einsum("jk,knse->nsje", weights, self.forced)
+        pushed = jnp.multiply(self.duration, jnp.einsum("jk,knse->nsje", weights, self.forced))
         return self.through, pushed.reshape(n * s, self.nodes * e)
 
 
