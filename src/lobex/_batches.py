@@ -1,4 +1,4 @@
-"""Compiled functions over many points, in batches of one size or of few, so that each is compiled once."""
+"""Compiled functions over many points, in batches of one size, so that each is compiled once."""
 
 from collections import defaultdict
 from collections.abc import Callable, Hashable, Iterator
@@ -18,9 +18,8 @@ from lobex._timing import carried
 
 # Of points that are computed together on a core: these stay in its cache.
 _TOGETHER = 16
-# Rows of a batch of lanes, and how many batches of a smaller size take no longer than one of the next.
-_SIZES = (512, 4096)
-_FEW = 4
+# Rows of a batch of lanes.
+_ROWS = 1024
 
 Result = TypeVar("Result")
 
@@ -89,21 +88,18 @@ def in_batches(
     return jax.tree.map(lambda *part: np.concatenate(part), *side_by_side(work, len(edges) - 1))
 
 
-def in_few_sizes(
-    function: Any, arrays: tuple[Shaped[Any, "k ..."], ...], sizes: tuple[int, ...] = _SIZES
-) -> tuple[Shaped[Any, "k ..."], ...]:
+def in_one_size(function: Any, arrays: tuple[Shaped[Any, "k ..."], ...], size: int = _ROWS) -> Any:
     """``function(*arrays)`` over the first axis, (k, …), as NumPy arrays, within one thread, which k may be 0 for.
 
-    The last batch is filled up with repeats. A function that is compiled for one size alone names it.
+    The last batch is filled up with repeats, so that one program serves however many they are.
     """
-    size = next((size for size in sizes if _FEW * size >= len(arrays[0])), sizes[-1])
     parts = []
     for start in range(0, max(len(arrays[0]), 1), size):
         count, filled = _filled(arrays, start, min(start + size, len(arrays[0])), size)
         parts.append((count, function(*filled)))
     # All are begun before the first is waited for.
-    results = [[np.asarray(result)[:count] for result in results] for count, results in parts]
-    return tuple(map(np.concatenate, zip(*results, strict=True)))
+    results = [jax.tree.map(lambda part, count=count: np.asarray(part)[:count], result) for count, result in parts]
+    return jax.tree.map(lambda *part: np.concatenate(part), *results)
 
 
 def _filled(arrays: tuple[np.ndarray, ...], start: int, end: int, size: int) -> tuple[int, list[np.ndarray]]:

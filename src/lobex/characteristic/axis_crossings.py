@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Complex, Float, Int
 
-from lobex._batches import in_chunks, in_few_sizes
+from lobex._batches import in_chunks, in_one_size
 from lobex._compiled import compiled
 from lobex.characteristic.function import Contact, loop
 from lobex.characteristic.lanes import placed, take
@@ -106,7 +106,7 @@ def _one_sign(contact: Contact, opened: Open, most: float) -> tuple[AxisPlaces, 
 
     found, decided = zip(*in_chunks(look, np.shape(opened.present)[1], _SPEEDS), strict=True)
     found = AxisPlaces(*map(np.concatenate, zip(*found, strict=True)))
-    height, gain, moved, rate = in_few_sizes(partial(_polish, placed(contact.filled())), (found.lane, found.height))
+    height, gain, moved, rate = in_one_size(partial(_polish, placed(contact.filled())), (found.lane, found.height))
     still = _at_zero(opened, most)
     polished = AxisPlaces(found.lane, height, gain, rate, moved)
     return AxisPlaces(*map(np.concatenate, zip(polished, still, strict=True))), np.concatenate(decided)

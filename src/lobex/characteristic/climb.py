@@ -13,7 +13,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 
-from lobex._batches import in_few_sizes
+from lobex._batches import in_one_size
 from lobex._compiled import compiled
 from lobex.characteristic import several_delays
 from lobex.characteristic.cells import over_modes
@@ -149,7 +149,7 @@ def newton(
     root, change = start.astype(complex), np.full(len(lane), np.inf)
     left = np.arange(len(lane))
     for _ in range(_ROUNDS_OF_STEPS):
-        root[left], change[left] = in_few_sizes(partial(steps, loops), (lane[left], root[left]))
+        root[left], change[left] = in_one_size(partial(steps, loops), (lane[left], root[left]))
         with np.errstate(invalid="ignore"):
             left = left[change[left] >= _CONVERGED * (1 + np.abs(root[left]))]
         if not len(left):

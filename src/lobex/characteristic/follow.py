@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Complex, Float, Inexact, Int
 
-from lobex._batches import in_few_sizes
+from lobex._batches import in_one_size
 from lobex.characteristic.cells import over_modes
 from lobex.characteristic.climb import newton
 from lobex.characteristic.closed_loop import Loops
@@ -27,7 +27,7 @@ _STEPS = 2
 # What is left of the distance from a root.
 _CONVERGED = 1e-7
 # Of batches.
-_SIZE = (512,)
+_SIZE = 512
 
 
 def followed(
@@ -91,7 +91,7 @@ def _follow_each(
 
     Each step goes along dz/d(log K), and then by Newton's method on log w with w = e^{−z} M.
     """
-    (root,) = in_few_sizes(partial(_follow, there), (lane, gains, start), _SIZE)
+    (root,) = in_one_size(partial(_follow, there), (lane, gains, start), _SIZE)
     return root
 
 

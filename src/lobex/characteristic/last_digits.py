@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 
-from lobex._batches import in_few_sizes
+from lobex._batches import in_one_size
 from lobex._compiled import compiled
 from lobex.characteristic.function import Contact, response
 from lobex.characteristic.lanes import placed, take
@@ -27,7 +27,7 @@ def polish(
     What is a root at every gain, since the contact does not see it, is left as it is.
     """
     steps = _polish if contact.lag is None else _polish_several
-    better, error, stays = in_few_sizes(partial(steps, placed(contact.filled())), (lane, gain, root))
+    better, error, stays = in_one_size(partial(steps, placed(contact.filled())), (lane, gain, root))
     still = stays | ~np.isfinite(better) | ~(np.abs(better - root) < 1e-6 * (1 + np.abs(root)))
     better = np.where(still, root, better)
     error = np.where(still, _ULPS * np.finfo(float).eps * _largest_pole(contact)[lane], error)

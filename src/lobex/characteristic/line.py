@@ -15,7 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Complex, Float, Inexact, Int, Shaped
 
-from lobex._batches import in_few_sizes
+from lobex._batches import in_one_size
 from lobex._compiled import compiled
 from lobex.characteristic.cells import Cells, bounds_of_mode, decide, first_cells, narrow, over_modes, value_of_mode
 from lobex.characteristic.closed_loop import Loops
@@ -60,11 +60,11 @@ def roots_beyond(loops: Loops, on_device: Any, lane: Int[Any, " k"], level: Floa
 
     def look(cells: Cells) -> Bool[Any, "c parts"]:
         arrays = lane[cells.line], level[cells.line], size[cells.line], cells.low, cells.high
-        code, turn, height = in_few_sizes(partial(_look, on_device), arrays)
+        code, turn, height = in_one_size(partial(_look, on_device), arrays)
         loud = np.nonzero(code == _LOUD)
         if len(loud[0]):
             line, low, high = cells.at(*loud)
-            (passed,) = in_few_sizes(partial(_passed, on_device), (lane[line], level[line], low, high))
+            (passed,) = in_one_size(partial(_passed, on_device), (lane[line], level[line], low, high))
             np.add.at(number, line, 2 * passed)
             hit = np.flatnonzero(passed)
             line, low, high = line[hit], low[hit], high[hit]

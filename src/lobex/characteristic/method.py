@@ -8,13 +8,13 @@ import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 
 from lobex import _checks
+from lobex._batches import in_one_size
 from lobex._compiled import compiled_quickly
 from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex.characteristic.closed_loop import doubt
 from lobex.characteristic.function import Contact, by_blocks, by_poles
 from lobex.characteristic.grid import Structure, rightmost_at_points, rightmost_roots
-from lobex.characteristic.lanes import few
 from lobex.processes.process import Process, check_process
 from lobex.systems.delays import Spread
 from lobex.systems.form import by_form
@@ -22,8 +22,8 @@ from lobex.systems.one_force import one_force
 from lobex.systems.system import DelaySystem
 from lobex.systems.traits import followers
 
-# Speeds at which the model is asked at the least.
-_SPEEDS = 32
+# Speeds at which the model is asked together.
+_SPEEDS = 64
 # Of the largest gain, those at which it is asked how the gain enters.
 _SHARES = np.array([0.0, 0.382, 1.0])
 _ROUNDING = 1e-12
@@ -142,8 +142,7 @@ def contacts(process: Process, speeds: np.ndarray, largest: float) -> tuple[np.n
             another way up to ``largest``.
     """
     _require(_shape_refused(process), process)
-    filled = np.resize(speeds, few(max(len(speeds), _SPEEDS)))
-    whole = jax.tree.map(lambda a: np.asarray(a)[: len(speeds)], _contacts(process, filled, largest or 1.0))
+    whole = in_one_size(lambda speeds: _contacts(process, speeds, largest or 1.0), (speeds,), _SPEEDS)
     sound = np.logical_and.reduce([np.isfinite(a.reshape(len(a), -1)).all(axis=1) for a in jax.tree.leaves(whole)])
     structure, polynomials, stray, apart, held = jax.tree.map(lambda a: a[sound], whole)
     _require(_OTHERWISE if np.any(stray) else None, process)

@@ -14,7 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int, Shaped
 
-from lobex._batches import in_few_sizes
+from lobex._batches import in_one_size
 from lobex._compiled import compiled
 from lobex.characteristic.cells import Bounds, Cells, bounds_of_mode, decide, first_cells, narrow, over_modes
 from lobex.characteristic.closed_loop import Loops
@@ -51,14 +51,14 @@ def axis_places(feedback: Open, largest: float) -> tuple[AxisPlaces, Bool[Any, "
 
     def look(cells: Cells) -> Bool[Any, "c parts"]:
         index = np.full(len(cells.line), largest), *cells
-        split, crossed = in_few_sizes(partial(_crossed, there), index)
+        split, crossed = in_one_size(partial(_crossed, there), index)
         found.append(cells.at(*np.nonzero(crossed)))
         return split
 
     least = np.full(lanes, 1 / largest)
     decided = decide(first_cells(feedback.bounding(np.ones(lanes)), level, least), look, lanes)
     lane, low, high = map(np.concatenate, zip(*found, strict=True))
-    height, gain, rate, moved, good = in_few_sizes(partial(_place, there), (lane, low, high))
+    height, gain, rate, moved, good = in_one_size(partial(_place, there), (lane, low, high))
     decided[lane[~good]] = False
     kept = good & (gain <= largest)
     return AxisPlaces(*(part[kept] for part in (lane, height, gain, rate, moved))), decided

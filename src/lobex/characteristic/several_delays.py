@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Int
 
-from lobex._batches import in_few_sizes
+from lobex._batches import in_one_size
 from lobex._compiled import compiled
 from lobex.characteristic.cells import (
     Bounds,
@@ -100,7 +100,7 @@ def roots_beyond(there: SeveralDelays, on_device: Any, lane: Int[Any, " k"], lev
 
     def look(cells: Cells) -> Any:
         arrays = lane[cells.line], level[cells.line], cells.low, cells.high
-        code, turn, apart, size = in_few_sizes(partial(_look, on_device), arrays)
+        code, turn, apart, size = in_one_size(partial(_look, on_device), arrays)
         done = np.nonzero(code == _DONE)
         line, low, high = cells.at(*done)
         np.add.at(turned, line, turn[done])

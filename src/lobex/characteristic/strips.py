@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Complex, Float, Int
 
-from lobex._batches import in_few_sizes
+from lobex._batches import in_one_size
 from lobex._compiled import compiled
 from lobex.characteristic.cells import Cells, bounds_of_mode, decide, first_cells, over_modes, value_of_mode
 from lobex.characteristic.closed_loop import Loops
@@ -27,8 +27,6 @@ from lobex.characteristic.open_loop import Open, weighted
 _DONE, _SPLIT, _LOUD, _CLEAR = 0, 1, 2, 3
 # How often a cell is divided before its strip is given up.
 _ROUNDS = 7
-# Of batches.
-_SIZE = (1024,)
 
 
 class Strips(NamedTuple):
@@ -63,12 +61,12 @@ def roots_over(
     def look(cells: Cells) -> Bool[Any, "c parts"]:
         line = cells.line
         arrays = lane[line], level[line], low[line], high[line], cells.low, cells.high
-        (code,) = in_few_sizes(partial(_look, on_device), arrays, _SIZE)
+        (code,) = in_one_size(partial(_look, on_device), arrays)
         turning = np.nonzero(code >= _LOUD)
         if len(turning[0]):
             line, begin, end = cells.at(*turning)
             arrays = lane[line], level[line], low[line], begin, end, code[turning] == _LOUD
-            (passed,) = in_few_sizes(partial(_passed, on_device), arrays, _SIZE)
+            (passed,) = in_one_size(partial(_passed, on_device), arrays)
             np.add.at(number, line, 2 * passed)
         return code == _SPLIT
 
