@@ -1,5 +1,7 @@
 """Modal tables and lists of cuts from files."""
 
+import zipfile
+
 import numpy as np
 import openpyxl
 import pytest
@@ -91,6 +93,17 @@ def test_modal_tables_of_a_sheet(tmp_path):
     with refused("row 1 below the head"):
         lobex.read_modes(sheet(tmp_path / "cut.xlsx", [HEAD, [*ROWS[0][:2], "?", *ROWS[0][3:]]]))
     assert_same(lobex.read_modes(path))
+
+
+@pytest.mark.parametrize("read", [lobex.read_modes, lobex.read_cuts])
+def test_a_sheet_that_unpacks_to_more_than_a_table_is_not_opened(read, tmp_path):
+    path = sheet(tmp_path / "bomb.xlsx", [HEAD, *ROWS])
+    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as archive, archive.open("xl/more.xml", "w") as part:
+        for _ in range(80):
+            part.write(bytes(2**20))
+    assert path.stat().st_size < 2**18
+    with refused(f"path = {str(path)!r} cannot be read as .xlsx (it unpacks to 80 MiB; give a file of up to 64 MiB)"):
+        read(path)
 
 
 def test_one_direction_without_a_column_for_it(file):

@@ -2,14 +2,12 @@
 
 import math
 import zipfile
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-# Of what a file unpacks to, bytes: a small file may say that it holds any number of them.
-_LARGEST = 512 * 2**20
+from lobex.measured.unpacked import check_archive, check_unpacked
 
 
 def arrays_of(path: Path) -> dict[str, np.ndarray]:
@@ -25,8 +23,7 @@ def arrays_of(path: Path) -> dict[str, np.ndarray]:
             if path.suffix.lower() == ".npy":
                 return {"": np.load(file, allow_pickle=False)}
             if zipfile.is_zipfile(file):
-                with zipfile.ZipFile(file) as archive:
-                    _check_size(part.file_size for part in archive.infolist())
+                check_archive(file)
             file.seek(0)
             with np.load(file, allow_pickle=False) as stored:
                 if isinstance(stored, np.ndarray):
@@ -44,12 +41,6 @@ def arrays_of(path: Path) -> dict[str, np.ndarray]:
         raise ValueError(f"path = {str(path)!r} says that it holds more than fits in memory; save it again") from None
 
 
-def _check_size(bytes_of_parts: Iterable[int]) -> None:
-    size = sum(bytes_of_parts)
-    if size > _LARGEST:
-        raise ValueError(f"it unpacks to {size / 2**20:.0f} MiB; give a file of up to {_LARGEST // 2**20} MiB")
-
-
 def _matlab(path: Path) -> dict[str, np.ndarray]:
     """Variables of a MATLAB file, of version 5 by SciPy and of 7.3, which is HDF5, by h5py."""
     import h5py
@@ -59,7 +50,7 @@ def _matlab(path: Path) -> dict[str, np.ndarray]:
         return _matlab_hdf5(path)
     try:
         # Complex numbers have 16 bytes, and none has more.
-        _check_size(16 * math.prod(shape) for _, shape, _ in scipy.io.whosmat(path))
+        check_unpacked(16 * math.prod(shape) for _, shape, _ in scipy.io.whosmat(path))
         found = scipy.io.loadmat(path, squeeze_me=False)
     except Exception as error:
         # Its reader tells of damaged files in many ways.
@@ -74,7 +65,7 @@ def _matlab_hdf5(path: Path) -> dict[str, np.ndarray]:
 
     with h5py.File(path, "r") as file:
         found = {}
-        _check_size(stored.nbytes for stored in file.values() if isinstance(stored, h5py.Dataset))
+        check_unpacked(stored.nbytes for stored in file.values() if isinstance(stored, h5py.Dataset))
         for name, stored in file.items():
             if not isinstance(stored, h5py.Dataset):
                 continue

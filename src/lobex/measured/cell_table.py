@@ -11,10 +11,13 @@ from jaxtyping import Float
 
 from lobex._optional import needed
 from lobex.measured.text_table import existing_file, read_text
+from lobex.measured.unpacked import check_archive
 
 _SEPARATORS = ("\t", ";", ",", None)
 _UNIT = re.compile(r"^(.*?)\s*[\[(]([^\[\]]*)[\])]\s*$")
 _MOST_ROWS = 100_000
+# MiB that a sheet unpacks to, of which its reader makes many times as much.
+_MOST_UNPACKED = 64
 
 
 class Heading(NamedTuple):
@@ -99,7 +102,8 @@ def read_cells(path: Any, what: str) -> CellTable:
     """The table of a file: text, or the first sheet of an .xlsx.
 
     Raises:
-        ValueError: for a file that cannot be read, has no head, or rows of other lengths.
+        ValueError: for a file that cannot be read, has no head, or rows of other lengths, and an .xlsx that unpacks to
+            more than 64 MiB.
     """
     place = existing_file(path)
     lines = _of_sheet(place, what) if place.suffix.lower() in (".xlsx", ".xlsm") else _of_text(place, what)
@@ -155,6 +159,7 @@ def _of_text(path: Path, what: str) -> list[list[Any]]:
 def _of_sheet(path: Path, what: str) -> list[list[Any]]:
     openpyxl = needed("openpyxl", "an .xlsx", "measured")
     try:
+        check_archive(path, _MOST_UNPACKED)
         # Formulas as the numbers that they last were.
         book = openpyxl.load_workbook(path, read_only=True, data_only=True)
         rows = [list(row) for row in book.worksheets[0].iter_rows(values_only=True, max_row=_MOST_ROWS)]
