@@ -8,6 +8,7 @@ import scipy.linalg
 import scipy.sparse
 
 import lobex
+from receptance_of_modes import of_modes
 from refusals import refused
 
 
@@ -248,6 +249,19 @@ def test_proportional_damping_becomes_modal(form):
     one = np.outer(mass @ vectors[:, 3], mass @ vectors[:, 3])
     modes = lobex.Modes.from_matrices(form(mass), form(stiffness), tip, damping=form(one))
     assert modes.damping_ratio == pytest.approx(np.eye(6)[3] / (2 * own), abs=1e-15)
+
+
+@pytest.mark.parametrize("size", [0.1, 1.0], ids=["vibrating", "overdamped"])
+def test_two_directions_alike_have_the_receptance_of_their_matrices(size):
+    """Of poles that are alike any vectors are, and an eigensolver's are not those of one direction each."""
+    stiffness, damping = 1e4 * np.array([[3.0, -1.0], [-1.0, 2.0]]), size * 100 * np.array([[9.0, -4.0], [-4.0, 7.0]])
+    turn = np.kron([[np.cos(0.6), np.sin(0.6)], [-np.sin(0.6), np.cos(0.6)]], np.eye(2))
+    mass, stiffness, damping = (turn @ np.kron(np.eye(2), one) @ turn.T for one in (np.eye(2), stiffness, damping))
+    contact = turn[:, [1, 3]]
+    modes = lobex.Modes.from_matrices(mass, stiffness, contact, damping=damping)
+    for s in (10 + 50j, 300j):
+        expected = contact.T @ np.linalg.solve(s**2 * mass + s * damping + stiffness, contact)
+        assert of_modes(modes, s) == pytest.approx(expected, rel=1e-11, abs=1e-18)
 
 
 def test_a_force_in_another_direction_than_the_displacement():

@@ -4,6 +4,7 @@ A pair of poles λ, μ (conjugate, or both real) with what each does to the cont
 of two real states (x, ẋ/ω) with forces on both and a contact that sees both.
 """
 
+import contextlib
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,20 +38,27 @@ def of_damping(
 ) -> Quadrature:
     """The modes of ü + C u̇ + ω² u = ψᵀ F, with a symmetric matrix C, (k, k), in modes without damping.
 
-    (λ² + λC + ω²) w = 0 has 2k solutions, of which each answers a force with w wᵀ/[wᵀ(2λ + C)w (s − λ)] (Tisseur and
-    Meerbergen, The quadratic eigenvalue problem, SIAM Rev. 43, 2001).
+    In the states (ωu, u̇), all of a size, with the right vectors V of the poles forces act by V⁻¹, whose rows are the
+    left ones of each pole, however the vectors of poles that are alike lie among themselves.
 
     Raises:
         ValueError: where a motion would not die out, or two poles fall together so that they have one shape.
     """
-    k = len(angular_frequency)
-    first = np.block([[np.zeros((k, k)), np.eye(k)], [-np.diag(angular_frequency**2), -damping]])
-    solved: Any = np.linalg.eig(first)
-    pole, vector = solved[0].astype(complex), solved[1][:k]
-    scale = np.einsum("kp,kp->p", vector, (2 * pole * vector) + damping @ vector)
-    if np.any(np.abs(scale) <= _REAL * np.abs(pole) * np.sum(np.abs(vector) ** 2, axis=0)):
-        raise ValueError("damping makes two poles one, which no pair of modes stands for; change it by a little")
-    return of_poles(pole, shape.T @ vector, loading.T @ vector / scale)
+    own, none = np.diag(angular_frequency), np.zeros_like(shape)
+    pole, vector = _solved(np.block([[np.zeros_like(own), own], [-own, -damping]]))
+    with contextlib.suppress(np.linalg.LinAlgError):
+        inverse = np.linalg.inv(vector)
+        # Of one vector each both are of size 1, and of two that are nearly one the product is without bound.
+        if np.all(_REAL * np.linalg.norm(inverse, axis=1) < 1):
+            seen = np.concatenate([shape / angular_frequency[:, None], none]).T @ vector
+            return of_poles(pole, seen, np.concatenate([none, loading]).T @ inverse.T)
+    raise ValueError("damping makes two poles one, which no pair of modes stands for; change it by a little")
+
+
+def _solved(matrix: Float[AnyArray, "n n"]) -> tuple[Complex[np.ndarray, " n"], Complex[np.ndarray, "n n"]]:
+    """Eigenvalues, and vectors of size 1."""
+    found: Any = np.linalg.eig(matrix)
+    return found[0].astype(complex), found[1].astype(complex)
 
 
 def of_poles(
@@ -64,7 +72,8 @@ def of_poles(
     still = np.flatnonzero(real)
     still = still[np.argsort(pole[still].real)]
     u, v = _turned(pole[upper], seen[:, upper], acting[:, upper])
-    first, second = still[::2], still[1::2]
+    # Quick ones with slow ones, so that of modes that are alike no pole meets its own like.
+    first, second = np.split(still, 2)
     pairs = [
         (pole[upper], pole[upper].conj(), u, u.conj(), v, v.conj()),
         (pole[first], pole[second], seen[:, first], seen[:, second], acting[:, first], acting[:, second]),
