@@ -177,8 +177,9 @@ def _between(part: Part, order: list[int]) -> Sections:
 
 
 def _apart(matrix: Float[AnyArray, "d d"]) -> list[np.ndarray]:
-    """The states of a block in groups that nothing couples."""
-    count, label = connected_components(np.asarray(matrix) != 0, directed=False)
+    """The states of a block, a pair for each mode or wave, in groups that nothing couples."""
+    pairs = np.kron(np.eye(np.shape(matrix)[0] // 2), np.ones((2, 2)))
+    count, label = connected_components((np.asarray(matrix) != 0) | (pairs != 0), directed=False)
     return [np.flatnonzero(label == number) for number in range(count)]
 
 

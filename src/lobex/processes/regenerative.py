@@ -12,6 +12,7 @@ from lobex._pytree import pytree
 from lobex._shapes import Number
 from lobex.processes.blade_tracks import blading_system
 from lobex.processes.cutting_force import CuttingForce, check_force
+from lobex.processes.in_casing import system_in_casing
 from lobex.processes.process import check_point
 from lobex.processes.process_damping import ProcessDamping, check_damping, with_damping
 from lobex.processes.quantity import CONTACT_STIFFNESS, DEPTH_OF_CUT, SPEED_UNITS, Quantity
@@ -19,10 +20,10 @@ from lobex.processes.speed_variation import SpeedVariation, check_variation
 from lobex.structures.blading import Blading
 from lobex.structures.modes import Modes, check_modes
 from lobex.structures.ring import Ring
-from lobex.structures.ring_waves import RingWaves
+from lobex.structures.ring_waves import PassingWaves, RingWaves
 from lobex.structures.rotating_modes import AnyModes
 from lobex.systems.coefficients import Constant
-from lobex.systems.system import DelaySystem, modal_system
+from lobex.systems.system import DelaySystem
 from lobex.systems.terms import Regenerative
 
 
@@ -47,7 +48,7 @@ class Rub:
 
     modes: AnyModes | Blading
     speed_unit: str = "Hz"
-    casing: Modes | Ring | None = None
+    casing: Modes | Ring | PassingWaves | None = None
 
     gain: ClassVar[Quantity] = CONTACT_STIFFNESS
 
@@ -57,7 +58,7 @@ class Rub:
         _checks.choice("speed_unit", self.speed_unit, SPEED_UNITS)
         if self.casing is None:
             return
-        if not isinstance(self.casing, Modes | Ring):
+        if not isinstance(self.casing, Modes | Ring | PassingWaves):
             raise ValueError(f"casing = {_checks.brief(self.casing)}; give lobex.Ring or lobex.Modes")
         check_modes(getattr(self.modes, "blade", self.modes), over_speed=True)
         if isinstance(self.casing, Modes) and self.casing.directions != self.modes.directions:
@@ -76,10 +77,7 @@ class Rub:
         casing = self._casing_at(speed)
         if isinstance(self.modes, Blading):
             return blading_system(self.modes, speed, gain, casing)
-        modes = self.modes
-        if casing is not None:
-            modes = Modes.relative(tool=modes.at(speed), workpiece=casing)
-        return _regenerative_system(modes, speed, gain)
+        return _regenerative_system(self.modes, speed, gain, casing)
 
     @in_float64
     def at_speed(self, speed: Number) -> "Rub":
@@ -90,15 +88,17 @@ class Rub:
             modes = self.modes.at(speed)
         return replace(self, modes=modes, casing=self._casing_at(speed))
 
-    def _casing_at(self, speed: Number) -> Modes | None:
-        """The modes of a flexible casing as the contacts meet them."""
+    def _casing_at(self, speed: Number) -> Modes | PassingWaves | None:
+        """A flexible casing as the contacts meet it."""
         if not isinstance(self.casing, Ring):
             return self.casing
+        self.casing.check_speed(speed)
         if isinstance(self.modes, Blading):
-            return RingWaves(self.casing, 2 * np.pi * self.modes.places).at(speed)
-        several = self.modes.directions > 1
+            return RingWaves(self.casing, 2 * np.pi * self.modes.places).passing(speed)
+        if self.modes.directions == 1:
+            return self.casing.at(speed)
         # Those of one tip are at one place.
-        return RingWaves(self.casing, np.zeros(self.modes.directions)).at(speed) if several else self.casing.at(speed)
+        return RingWaves(self.casing, np.zeros(self.modes.directions)).passing(speed)
 
 
 @pytree(static=("speed_unit",))
@@ -165,8 +165,10 @@ class Turning:
         return with_damping(system, (rubbing if varied is None else varied.per_pace(rubbing),))
 
 
-def _regenerative_system(modes: AnyModes, speed: Number, stiffness: Number) -> DelaySystem:
+def _regenerative_system(
+    modes: AnyModes, speed: Number, stiffness: Number, casing: Modes | PassingWaves | None = None
+) -> DelaySystem:
     check_modes(modes, over_speed=True)
     lib = namespace(stiffness)
     unit = lib.eye(modes.directions, dtype=lib.result_type(float))
-    return modal_system(modes.at(speed), 1 / speed, (Regenerative(Constant(stiffness * unit)),))
+    return system_in_casing(modes.at(speed), casing, 1 / speed, (Regenerative(Constant(stiffness * unit)),))

@@ -13,6 +13,9 @@ from lobex._shapes import AnyArray, Number
 from lobex.structures.damping import modal_damping
 from lobex.structures.modes import Modes, unchecked
 
+# Of a frequency, what is left of it by rounding.
+_STILL = 1e-12
+
 
 @pytree()
 class Ring:
@@ -74,8 +77,19 @@ class Ring:
         return 1
 
     def check_speed(self, speed: Any) -> None:
-        """Require finite speeds, Hz."""
-        _checks.as_numbers("speed", speed, "Hz")
+        """Require finite speeds, Hz, at which no wave without damping stands still before the contact."""
+        numbers = _checks.as_numbers("speed", speed, "Hz")
+        if numbers is None or _checks.is_traced(self):
+            return
+        swept = np.abs(self.nodal_diameter * np.ravel(numbers)[:, None])
+        still = np.abs(swept - self.frequency) <= _STILL * self.frequency
+        at = np.argwhere(still & (np.asarray(self.damping_ratio) == 0))
+        if len(at):
+            one, waves = np.ravel(numbers)[at[0, 0]], self.nodal_diameter[at[0, 1]]
+            raise ValueError(
+                f"speed = {one:.6g} Hz lets the wave of {waves:g} nodal diameters stand still, which has no damping; "
+                "give it damping_ratio, or another speed"
+            )
 
     @in_float64
     def at(self, speed: Number) -> Modes:
@@ -84,26 +98,28 @@ class Ring:
 
         With σ = ξω and ω_d = ω√(1 − ξ²) the two terms of G are (ω_d ± nΩ)/ω_d · ½/m / ((s + σ)² + (ω_d ± nΩ)²).
         """
-        lib, (decay, rotation, size) = namespace(self, speed), self.waves(speed)
-        root = lib.sqrt(lib.concatenate([self.mass, self.mass]))
+        lib, (decay, rotation, seen, acting) = namespace(self, speed), self.waves(speed)
         frequency = lib.sqrt(decay**2 + rotation**2)
         return unchecked(
             angular_frequency=frequency,
             damping_ratio=decay / frequency,
-            shape=(1 / root)[:, None],
-            force_shape=(size * rotation * root)[:, None],
+            shape=seen[:, None],
+            force_shape=(acting * rotation)[:, None],
         )
 
     @in_float64
     def waves(
         self, speed: Number
-    ) -> tuple[Float[AnyArray, " waves"], Float[AnyArray, " waves"], Float[AnyArray, " waves"]]:
+    ) -> tuple[
+        Float[AnyArray, " waves"], Float[AnyArray, " waves"], Float[AnyArray, " waves"], Float[AnyArray, " waves"]
+    ]:
         """Of the forward waves, then the backward ones, as they pass a contact that runs along the casing at a speed,
-        Hz: σ and ω_d ± nΩ, rad/s, of their poles, and ½/(m ω_d) of their residues, s/kg.
+        Hz: σ and ω_d ± nΩ, rad/s, of their poles, and how they are seen, 1/√m, and pushed, ½/(√m ω_d), s/√kg.
         """
         lib = namespace(self, speed)
         own, ratio = 2 * np.pi * lib.asarray(self.frequency), lib.asarray(self.damping_ratio)
         swept = 2 * np.pi * lib.asarray(speed, dtype=lib.result_type(float)) * self.nodal_diameter
-        damped = own * lib.sqrt(1 - ratio**2)
-        decay, size = (lib.concatenate([part, part]) for part in (ratio * own, 1 / (2 * self.mass * damped)))
-        return decay, lib.concatenate([damped + swept, damped - swept]), size
+        damped, seen = own * lib.sqrt(1 - ratio**2), 1 / lib.sqrt(lib.asarray(self.mass))
+        both = (lib.concatenate([part, part]) for part in (ratio * own, seen, seen / (2 * damped)))
+        decay, seen, acting = both
+        return decay, lib.concatenate([damped + swept, damped - swept]), seen, acting

@@ -21,16 +21,17 @@ def with_springs(system: DelaySystem, springs: Float[AnyArray, "g N N"]) -> Dela
     lib = namespace(system.blocks, springs)
     groups, size = np.shape(springs)[:2]
     more = np.shape(system.blocks)[0] - groups * size
+    omega = lib.asarray(system.blocks)[: groups * size, 0, 1].reshape(groups, size, 1)
+    scaled = springs / omega
     if more:
-        springs = _in_one_group(springs, more)
+        scaled = _in_one_group(scaled, more)
         groups, size = 1, groups * size + more
     blocks = lib.asarray(system.blocks).reshape(groups, size, 2, 2)
-    omega = blocks[:, :, 0, 1]
     corner = np.zeros((2, 2))
     # The state of a mode is (u, u̇/ω).
     corner[1, 0] = -1.0
     alone = lib.einsum("gjab,jk->gjakb", blocks, np.eye(size))
-    between = lib.einsum("gjk,ab->gjakb", springs / omega[:, :, None], corner)
+    between = lib.einsum("gjk,ab->gjakb", scaled, corner)
 
     def columns(side: Float[AnyArray, "n r s"]) -> Float[AnyArray, "..."]:
         count = np.shape(side)[1]
