@@ -3,6 +3,7 @@
 from functools import lru_cache
 from typing import Any, NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -178,13 +179,12 @@ def _receptance(
     growth: Float[AnyArray, ""],
     turning: Float[AnyArray, ""],
 ) -> Float[Array, " n"]:
-    """Bounds of |C (s − A)⁻¹ E| at s = growth + j turning, rad/s, of each block, (n,)."""
+    """|C (s − A)⁻¹ E| at s = growth + j turning, rad/s, of each block, (n,)."""
     size = jnp.shape(blocks)[-1]
     if size != 2:
-        # Of normal blocks: the distance from the spectrum.
-        decay = growth - jnp.trace(blocks, axis1=1, axis2=2) / size
-        mobility = jnp.sqrt(jnp.sum(inputs**2, axis=(1, 2)) * jnp.sum(outputs**2, axis=(1, 2)))
-        return mobility / jnp.sqrt(decay**2 + (turning - quickness(blocks)) ** 2)
+        still = jax.lax.complex(growth, turning) * jnp.eye(size) - blocks
+        moved = outputs @ jnp.linalg.solve(still, inputs + 0j)
+        return jnp.sqrt(jnp.sum(moved.real**2 + moved.imag**2, axis=(1, 2)))
     (a, b), (c, d) = ((blocks[:, i, j] for j in (0, 1)) for i in (0, 1))
     adjugate = jnp.stack([jnp.stack([-d, b], -1), jnp.stack([c, -a], -1)], -2)
     direct = jnp.einsum("nrs,nsp->nrp", outputs, inputs)
