@@ -44,6 +44,8 @@ BEFORE = {
     "sensitivities, 1-DoF cutter": (42, 9.3, 14.2),
     "sensitivities, 2-DoF cutter": (45, 11.3, 18.3),
     "march_wear, rod": (48, 2.0, 2.9),
+    # Later in that month, before what it answers beyond the nodes was bounded by its receptance.
+    "critical_gain, coupled blades": (15, 96.3, 55.5),
 }
 
 
@@ -64,6 +66,10 @@ def calls() -> dict[str, Callable[[], object]]:
         one = lobex.Modes.single(frequency=922.0, damping_ratio=0.011, mass=0.03993)
         both = lobex.Modes.plane(x=one, y=one)
         return lobex.Milling(both, teeth=2, tangential=6e8, normal=2e8, radial_immersion=0.05, direction="down")
+
+    def stage() -> lobex.Rub:
+        one = lobex.Modes.single(frequency=400.0, damping_ratio=0.005, mass=0.11)
+        return lobex.Rub(lobex.Blading(one, 6, [0.013, -0.021, 0.004, 0.017, -0.009, -0.004], coupling=60.0))
 
     def lathe() -> lobex.Turning:
         return lobex.Turning(tool(), radial=2e8)
@@ -90,6 +96,7 @@ def calls() -> dict[str, Callable[[], object]]:
         "march_wear, rod": lambda: lobex.march_wear(
             lobex.Rod(5).modes(0.03), lobex.Casing(), lobex.Linear(4.5e6), slow, 5, 1024
         ),
+        "critical_gain, coupled blades": lambda: lobex.critical_gain(stage(), np.linspace(50, 160, 6), (1e3, 3e5)),
     }
 
 

@@ -182,6 +182,15 @@ def in_casing(casing):
 RING = {"frequency": 350.0, "damping_ratio": 0.02, "mass": 1.5}
 
 
+def test_coupled_blades_take_as_few_nodes_as_those_that_are_not():
+    """Far above the limit, too, where what the force might keep up beyond the nodes is much."""
+    rub, gains = blading("mistuned, coupled"), np.array([1e4, 1e5, 3e5])
+    coarse, fine = (lobex.sweep(rub, [72.0], gains, lobex.Duhamel(nodes)) for nodes in (16, 26))
+    assert np.all(coarse.error < 1e-8)
+    off = np.abs(coarse.multiplier / fine.multiplier - 1)
+    assert np.all(off < np.maximum(10 * coarse.error, 1e-12))
+
+
 def test_a_blade_in_a_ring_has_the_reference_limit():
     limit = lobex.exact_limit(in_casing(lobex.Ring(nodal_diameter=2, **RING)), [60.0])
     assert limit.gain[0] == pytest.approx(5343.42631014, rel=1e-11)

@@ -167,7 +167,7 @@ def test_errors_above_the_tolerance_are_warned_of_whatever_computed_them(method,
 
 
 def test_a_scan_that_leaves_stability_open_is_warned_of(monkeypatch):
-    def computed(process, speeds, gains, method, progress, of_growth):
+    def computed(process, speeds, gains, method, progress, of_growth, quickly):
         # One that is surely stable in spite of its error, and two that may not be.
         error = np.array([[0.0, 1e-3, 1.0, np.inf, 1e-9]])
         shape = error.shape

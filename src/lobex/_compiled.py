@@ -39,6 +39,11 @@ def compiled_quickly(function: Callable[..., Result]) -> Callable[..., Result]:
     return _told(function, QUICK)
 
 
+def either_way(function: Callable[..., Result], *static: str) -> dict[bool, Callable[..., Result]]:
+    """As ``compiled_for``, False, and as ``compiled_quickly``, True, of what is computed on many numbers or on few."""
+    return {quick: _told(function, QUICK if quick else SHORT, static_argnames=static) for quick in (False, True)}
+
+
 def _told(function: Callable[..., Result], options: dict[str, Any], **static: Any) -> Callable[..., Result]:
     @cache
     def program(alone: bool) -> Any:

@@ -42,15 +42,17 @@ def dominant_over_grid(
     method: Method | CharacteristicRoots,
     progress: bool,
     of_growth: float = 0.0,
+    quickly: bool = False,
 ) -> Dominant:
     """Over the grid of speeds (n,) and gains (m,), shape (n, m); call in the scope of float64.
 
-    Where a method chooses its nodes an error of so much ``of_growth``, log |μ|, is enough as well as its tolerance.
+    Where a method chooses its nodes an error of so much ``of_growth``, log |μ|, is enough as well as its tolerance, and
+    its programs are compiled ``quickly`` if they take longer for that than to run.
     """
     if isinstance(method, CharacteristicRoots):
         return _by_roots(process, method.over_grid(process, speeds, gains), speeds[:, None], gains)
     if isinstance(method, Duhamel):
-        return refined_over_grid(process, speeds, gains, method, progress, of_growth)
+        return refined_over_grid(process, speeds, gains, method, progress, of_growth, quickly)
     *chunk, several = _chunk_shape(process, method, speeds[0], gains[0])
     shape = (len(speeds), len(gains))
     multiplier = np.full(shape, np.nan, dtype=np.complex128)
@@ -100,17 +102,18 @@ def dominant_at_points(
     method: Method | CharacteristicRoots,
     every_mode: bool = False,
     of_growth: float = 0.0,
+    quickly: bool = False,
 ) -> Dominant:
     """At the points (speeds[i], gains[i]), shape (p,); call in the scope of float64.
 
     With ``every_mode`` a method that chooses its nodes begins, at few points, with enough for every mode; ``of_growth``
-    as over a grid.
+    and ``quickly`` as over a grid.
     """
     if isinstance(method, CharacteristicRoots):
         return _by_roots(process, method.at_points(process, speeds, gains), speeds, gains)
     if isinstance(method, Duhamel):
         every_mode = every_mode and len(speeds) < _FEW
-        return refined_at_points(process, speeds, gains, method, every_mode, of_growth)
+        return refined_at_points(process, speeds, gains, method, every_mode, of_growth, quickly)
     return _at_points(process, speeds, gains, method, _EFFORTS)
 
 

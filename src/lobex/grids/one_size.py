@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Array, Float, Inexact, Int
 
 from lobex._batches import over_few, together
-from lobex._compiled import compiled_for
+from lobex._compiled import either_way
 from lobex._shapes import AnyArray, Number
 from lobex.floquet import dense
 from lobex.floquet.chatter import carrier_frequency
@@ -18,12 +18,13 @@ from lobex.operators.elimination import inverse, pivoted_inverse
 from lobex.processes.process import Process
 from lobex.systems.traits import Traits
 
+# Points, of coupled modes.
+_FEW = 1000
 FEWEST = 8
 """Of what is computed side by side."""
 
 
-@compiled_for("traits", "in_flight")
-def prepared_at(
+def _prepared_at(
     process: Process,
     method: Duhamel,
     speeds: Float[AnyArray, " speeds"],
@@ -42,8 +43,7 @@ def prepared_at(
     return over_few(at, together(len(speeds), FEWEST), count, speeds)
 
 
-@compiled_for("densely", "several", "samples")
-def with_errors(
+def _with_errors(
     process: Process,
     prepared: Any,
     row: Int[AnyArray, " p"],
@@ -79,6 +79,17 @@ def with_errors(
         return as_complex(pair.value), frequency, motion.error, motion.rounding, motion.defect
 
     return over_few(point, several, count, row, speed, gain)
+
+
+prepared_at = either_way(_prepared_at, "traits", "in_flight")
+with_errors = either_way(_with_errors, "densely", "several", "samples")
+
+
+def compile_longer(process: Process, points: int) -> bool:
+    """Whether operators take longer to compile than to compute at so many points, which are few then: of blades that
+    are coupled, and others with many states in a block.
+    """
+    return points < _FEW and np.shape(process.system(1.0, 0.0).blocks)[1] > 2
 
 
 def few_of_each(row: np.ndarray, few: int) -> np.ndarray:

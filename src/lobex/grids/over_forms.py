@@ -15,12 +15,18 @@ _WORTH = 100
 
 
 def refined_over_grid(
-    process: Process, speeds: np.ndarray, gains: np.ndarray, method: Duhamel, progress: bool, of_growth: float = 0.0
+    process: Process,
+    speeds: np.ndarray,
+    gains: np.ndarray,
+    method: Duhamel,
+    progress: bool,
+    of_growth: float = 0.0,
+    quickly: bool = False,
 ) -> Dominant:
-    """Over the grid of speeds (n,) and gains (m,), shape (n, m); what is enough ``of_growth`` says ``evaluation``."""
+    """Over the grid of speeds (n,) and gains (m,), shape (n, m); ``evaluation`` says what the last two are."""
     shape = (len(speeds), len(gains))
     row, column = (index.ravel() for index in np.indices(shape))
-    whole = partial(Refinement, method=method, of_growth=of_growth)
+    whole = partial(Refinement, method=method, of_growth=of_growth, quickly=quickly)
     result = _refined(whole, process, speeds, row, gains[column], progress)
     return Dominant(*(part.reshape(shape) for part in result))
 
@@ -32,10 +38,11 @@ def refined_at_points(
     method: Duhamel,
     every_mode: bool = False,
     of_growth: float = 0.0,
+    quickly: bool = False,
 ) -> Dominant:
     """At the points (speeds[i], gains[i]), shape (p,); begun with nodes for the first mode, or for ``every_mode``."""
     unique, row = np.unique(speeds, return_inverse=True)
-    whole = partial(Refinement, method=method, every_mode=every_mode, of_growth=of_growth)
+    whole = partial(Refinement, method=method, every_mode=every_mode, of_growth=of_growth, quickly=quickly)
     return _refined(whole, process, unique, row, gains, progress=False)
 
 

@@ -47,8 +47,16 @@ _LOOKS, _BETWEEN = 5, 1.1
 class Refinement:
     """One process and method at points."""
 
-    def __init__(self, process: Process, method: Duhamel, every_mode: bool = False, of_growth: float = 0.0) -> None:
+    def __init__(
+        self,
+        process: Process,
+        method: Duhamel,
+        every_mode: bool = False,
+        of_growth: float = 0.0,
+        quickly: bool = False,
+    ) -> None:
         self.process, self.method, self.traits = process, method, traits_of(process)
+        self.prepared_at, self.with_errors = prepared_at[quickly], with_errors[quickly]
         self.followed = np.max if every_mode else np.min
         self.of_growth = of_growth
         self.sizes: tuple[int, ...] = ()
@@ -101,11 +109,11 @@ class Refinement:
 
         def prepare(method: Duhamel) -> object:
             speeds = np.full(SPEEDS, speed)
-            return prepared_at(self.process, method, speeds, gain, 1, self.traits, self.in_flight)
+            return self.prepared_at(self.process, method, speeds, gain, 1, self.traits, self.in_flight)
 
         def evaluate(method: Duhamel) -> object:
             shapes = jax.eval_shape(
-                partial(prepared_at, traits=self.traits, in_flight=self.in_flight),
+                partial(self.prepared_at, traits=self.traits, in_flight=self.in_flight),
                 self.process,
                 method,
                 np.full(SPEEDS, speed),
@@ -205,7 +213,7 @@ class _Slab:
         small = mesh.pieces * method.size(system) <= _SMALL
         many = SPEEDS if small else 2 ** int(np.ceil(np.log2(len(self.speeds))))
         prepare = partial(
-            prepared_at,
+            self.whole.prepared_at,
             self.whole.process,
             method,
             np.resize(self.speeds[rows], many),
@@ -241,7 +249,7 @@ class _Slab:
             row = self.row[filled]
             place = self.place[row]
             compute = partial(
-                with_errors,
+                self.whole.with_errors,
                 self.whole.process,
                 prepared,
                 place,

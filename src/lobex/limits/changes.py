@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int, Real
 
 from lobex._batches import in_batches, over_few, together
-from lobex._compiled import compiled_for
+from lobex._compiled import either_way
 from lobex._shapes import Number
 from lobex.floquet import dense, power
 from lobex.floquet.chatter import carrier_frequency
@@ -72,8 +72,12 @@ class Changes(NamedTuple):
     error: np.ndarray
 
 
-def polished(process: Process, method: Method, speeds: np.ndarray, brackets: Brackets) -> Changes:
-    """The changes in brackets at speeds (n,), Hz, of all lanes side by side; call in the scope of float64."""
+def polished(
+    process: Process, method: Method, speeds: np.ndarray, brackets: Brackets, quickly: bool = False
+) -> Changes:
+    """The changes in brackets at speeds (n,), Hz, of all lanes side by side, with programs compiled as for the scan;
+    call in the scope of float64.
+    """
     count = len(brackets.lane)
     in_flight = samples_in_flight(process.system(np.min(speeds), 0.0))
     parts = [np.full(count, np.nan) for _ in range(_RESULTS)]
@@ -85,7 +89,7 @@ def polished(process: Process, method: Method, speeds: np.ndarray, brackets: Bra
         for effort in _EFFORTS if here.size else ():
             arrays = speeds[brackets.lane[left]], *(a[left] for a in (*brackets[1:5], guess))
             results = in_batches(
-                partial(_polished_batch, process, one, effort, in_flight), arrays, SPEEDS, first=_TOGETHER
+                partial(_polished_batch, quickly, process, one, effort, in_flight), arrays, SPEEDS, first=_TOGETHER
             )
             for target, result in zip(parts, results, strict=True):
                 target[left] = result
@@ -120,6 +124,7 @@ def _from_finer(process: Process, method: Method, speeds: np.ndarray, gains: np.
 
 
 def _polished_batch(
+    quickly: bool,
     process: Process,
     method: Method,
     effort: int,
@@ -132,11 +137,10 @@ def _polished_batch(
     # The scan has compiled this for as many speeds.
     prepared = None
     if isinstance(method, Duhamel):
-        prepared = prepared_at(process, method, speed, low[0], count, traits_of(process), in_flight)
-    return _polished(process, method, effort, count, prepared, speed, low, *others, densely=effort == 0)
+        prepared = prepared_at[quickly](process, method, speed, low[0], count, traits_of(process), in_flight)
+    return _POLISHED[quickly](process, method, effort, count, prepared, speed, low, *others, densely=effort == 0)
 
 
-@compiled_for("densely")
 def _polished(
     process: Process,
     method: Method,
@@ -167,6 +171,9 @@ def _polished(
         return found.gain, found.growth, found.slope, *label, found.residual
 
     return over_few(one, together(len(speed), _TOGETHER), count, prepared, speed, low, high, start, end, guess)
+
+
+_POLISHED = either_way(_polished, "densely")
 
 
 def _family(process: Process, method: Method, prepared: Any, speed: Number, densely: bool) -> Family:

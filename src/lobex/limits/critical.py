@@ -13,6 +13,7 @@ from lobex._shapes import AnyArray
 from lobex._timing import Stopwatch, timed
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids.choice import AUTO, AnyMethod, check_any_method, chosen_method, operator_of, tolerance_of
+from lobex.grids.one_size import compile_longer
 from lobex.grids.resolution import oddities
 from lobex.grids.sweep import SweepWarning
 from lobex.limits.changes import Changes, polished
@@ -166,8 +167,9 @@ def _leave_undefined(process: Process, speeds: np.ndarray, parts: dict[str, np.n
 def _by_operator(
     process: Process, speeds: np.ndarray, gains: np.ndarray, method: Method, progress: bool
 ) -> tuple[dict[str, np.ndarray], str]:
-    scan = scan_gains(process, method, speeds, gains, progress)
-    changes = polished(process, method, speeds, scan.brackets)
+    quickly = compile_longer(process, len(speeds) * len(gains))
+    scan = scan_gains(process, method, speeds, gains, progress, quickly)
+    changes = polished(process, method, speeds, scan.brackets, quickly)
     unsure = np.isnan(changes.gain)
     # A change that was not polished hides what lies around it from every limit above, as a failed sample does.
     hidden = scan.failed

@@ -56,14 +56,18 @@ class Scan(NamedTuple):
     doubtful: int
 
 
-def scan_gains(process: Process, method: Method, speeds: np.ndarray, gains: np.ndarray, progress: bool) -> Scan:
-    """Scan increasing gains (m,) at speeds (n,), Hz; call in the scope of float64."""
+def scan_gains(
+    process: Process, method: Method, speeds: np.ndarray, gains: np.ndarray, progress: bool, quickly: bool = False
+) -> Scan:
+    """Scan increasing gains (m,) at speeds (n,), Hz, with programs compiled ``quickly`` or not; call in the scope of
+    float64.
+    """
     number = np.arange(len(speeds))
-    whole = dominant_over_grid(process, speeds, gains, method, progress, _OF_GROWTH)
+    whole = dominant_over_grid(process, speeds, gains, method, progress, _OF_GROWTH, quickly)
     lanes, columns = np.repeat(number, len(gains)), np.tile(gains, len(speeds))
     samples = _Samples(lanes, columns, _log(whole.multiplier.ravel()), whole.error.ravel())
     for _ in range(_REFINEMENTS):
-        samples = _finer(process, method, speeds, samples)
+        samples = _finer(process, method, speeds, samples, quickly)
     lane, gain, growth, error = samples
     opening = np.flatnonzero((lane[1:] == lane[:-1]) & (growth[1:] * growth[:-1] < 0))
     following = opening + 1
@@ -102,7 +106,7 @@ def _crossing(samples: _Samples, opening: np.ndarray) -> np.ndarray:
     return np.where((cubic > low) & (cubic < high), cubic, line)
 
 
-def _finer(process: Process, method: Method, speeds: np.ndarray, samples: _Samples) -> _Samples:
+def _finer(process: Process, method: Method, speeds: np.ndarray, samples: _Samples, quickly: bool) -> _Samples:
     """More samples where a pair of changes may hide."""
     lane, gain, growth, _ = samples
     bent = doubtful_cells(lane, gain, np.clip(growth, -_FAR, _FAR))
@@ -112,7 +116,7 @@ def _finer(process: Process, method: Method, speeds: np.ndarray, samples: _Sampl
     share = np.arange(1, _PARTS) / _PARTS
     lane = np.repeat(samples.lane[cells], _PARTS - 1)
     gain = (samples.gain[cells, None] + share * (samples.gain[cells + 1] - samples.gain[cells])[:, None]).ravel()
-    found = dominant_at_points(process, speeds[lane], gain, method, of_growth=_OF_GROWTH)
+    found = dominant_at_points(process, speeds[lane], gain, method, of_growth=_OF_GROWTH, quickly=quickly)
     more = _Samples(lane, gain, _log(found.multiplier), found.error)
     both = [np.concatenate(pair) for pair in zip(samples, more, strict=True)]
     order = np.lexsort((both[1], both[0]))
