@@ -24,10 +24,13 @@ def test_mistuned_blades_that_are_coupled_are_labelled_as_nearly_as_they_are_wit
     mistuning = 0.01 * np.array([1.0, -2.0, 0.5, 1.5, -1.0])
     limit = lobex.exact_limit(lobex.Rub(lobex.Blading(TWO, 5, mistuning)), SPEEDS)
     coupled = lobex.Rub(lobex.Blading(TWO, 5, mistuning, coupling=1e-3))
-    found = labels_of_process(coupled, SPEEDS, limit.gain, limit.chatter_frequency)
     assert set(limit.mode) == {1, 2}
-    np.testing.assert_array_equal(found.mode, limit.mode)
-    assert set(found.nodal_diameter) == {-1}
+    for found in (
+        labels_of_process(coupled, SPEEDS, limit.gain, limit.chatter_frequency),
+        lobex.exact_limit(coupled, SPEEDS[::9]),
+    ):
+        np.testing.assert_array_equal(found.mode, limit.mode[:: 45 // len(found.mode)])
+        assert set(found.nodal_diameter) == {-1}
 
 
 def test_a_tool_with_hardly_any_process_damping_is_labelled_as_without():

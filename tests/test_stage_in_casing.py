@@ -21,6 +21,7 @@ KINDS = {
     "mistuned, uneven": replace(TUNED, mistuning=SHARES, spacing=GAPS),
     "tuned, coupled": replace(TUNED, coupling=60.0),
     "mistuned, coupled": replace(TUNED, mistuning=SHARES, coupling=[60.0, 30.0]),
+    "coupled, uneven": replace(TUNED, coupling=[60.0, 30.0], spacing=GAPS),
 }
 
 
@@ -91,6 +92,57 @@ def test_dominant_multipliers_are_roots_of_the_determinant(kind):
 
 
 SPEEDS = np.array([61.0, 85.0, 103.0])
+SHARE = np.array([0.05, 0.35, 0.7, 0.9, 0.9999, 1.0001])
+
+
+@pytest.mark.parametrize("casing", [RING, None], ids=["on a ring", "rigid"])
+@pytest.mark.parametrize("kind", ["mistuned", "mistuned, uneven", "mistuned, coupled", "coupled, uneven"])
+def test_stages_of_any_kind_have_an_exact_limit(kind, casing):
+    blading = KINDS[kind]
+    limit = lobex.exact_limit(lobex.Rub(blading, casing=casing), SPEEDS)
+    assert list(limit.status) == ["found"] * 3
+    ring = replace(RING, mass=[1e30, 1e30]) if casing is None else casing
+    for speed, gain, frequency in zip(limit.speed, limit.gain, limit.chatter_frequency, strict=True):
+        s = 2j * np.pi * frequency
+        assert root_beside(blading, ring, gain, speed, s) == pytest.approx(s, rel=1e-11)
+    assert np.all((limit.mode >= 1) & (limit.mode <= 6))
+    assert np.all(limit.nodal_diameter == -1)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["mistuned, uneven", "mistuned, coupled"])
+def test_below_the_exact_limit_a_stage_is_stable(kind):
+    rub = lobex.Rub(KINDS[kind], casing=RING)
+    limit = lobex.exact_limit(rub, SPEEDS[1:2])
+    radius = lobex.sweep(rub, SPEEDS[1:2], SHARE * limit.gain[0], lobex.Duhamel()).spectral_radius[0]
+    assert np.all(radius[:-1] < 1)
+    assert radius[-1] > 1
+
+
+@pytest.mark.search
+@pytest.mark.parametrize("seed", range(20))
+def test_exact_limits_of_random_stages_are_the_first_of_all(seed):
+    random = np.random.default_rng(seed)
+    modes, count, waves = int(random.integers(1, 3)), int(random.integers(2, 7)), int(random.integers(1, 3))
+    frequency = np.sort(random.uniform(200, 1000, modes))
+    blade = lobex.Modes.from_table(frequency, random.uniform(0.003, 0.05), mass=random.uniform(0.05, 0.5, modes))
+    gaps = 1 + random.uniform(-0.3, 0.3, count) if random.random() < 0.5 else np.ones(count)
+    stage = lobex.Blading(
+        blade,
+        count,
+        mistuning=10 ** random.uniform(-3, -1) * random.uniform(-1, 1, count),
+        spacing=None if np.all(gaps == 1) else 360 * gaps / np.sum(gaps),
+        coupling=random.uniform(10.0, 100.0) if random.random() < 0.5 else None,
+    )
+    numbers = random.uniform(200, 1500, waves), random.uniform(0.005, 0.05, waves), random.uniform(0.2, 4.0, waves)
+    ring = lobex.Ring(random.integers(0, 6, waves), *numbers) if random.random() < 0.7 else None
+    rub = lobex.Rub(stage, casing=ring)
+    speed = float(random.uniform(0.1, 0.5) * frequency[0])
+    limit = lobex.exact_limit(rub, speed)
+    assert limit.status[0] == "found"
+    radius = lobex.sweep(rub, [speed], SHARE * limit.gain[0], lobex.Duhamel()).spectral_radius[0]
+    assert np.all(radius[:-1] < 1)
+    assert radius[-1] > 1
 
 
 @pytest.mark.parametrize("kind", [pytest.param("tuned", marks=SLOW), "tuned, coupled"])
@@ -104,8 +156,7 @@ def test_equal_blades_have_an_exact_limit_by_the_waves_that_they_move_in(kind):
         s = 2j * np.pi * frequency
         assert root_beside(blading, RING, gain, speed, s) == pytest.approx(s, rel=1e-11)
     # Stable below, and not above: no other root comes before.
-    share = np.array([0.05, 0.35, 0.7, 0.9, 0.9999, 1.0001])
-    radius = lobex.sweep(rub, SPEEDS[1:2], share * limit.gain[1], lobex.Duhamel()).spectral_radius[0]
+    radius = lobex.sweep(rub, SPEEDS[1:2], SHARE * limit.gain[1], lobex.Duhamel()).spectral_radius[0]
     assert np.all(radius[:-1] < 1)
     assert radius[-1] > 1
     assert np.all((limit.nodal_diameter >= 0) & (limit.nodal_diameter < 4))
@@ -147,11 +198,32 @@ def test_a_stage_in_a_casing_looks_the_same_from_every_blade():
 
 
 def test_mistuning_that_vanishes_leaves_the_limit_of_equal_blades():
-    exact = lobex.exact_limit(lobex.Rub(TUNED, casing=RING), [SPEED]).gain[0]
-    with refused("more than their tracks couple"):
-        lobex.exact_limit(lobex.Rub(KINDS["mistuned"], casing=RING), [SPEED])
-    none = lobex.exact_limit(lobex.Rub(replace(TUNED, mistuning=np.zeros(4)), casing=RING), [SPEED]).gain[0]
-    assert none == pytest.approx(exact, rel=1e-12)
+    """Found by the waves that equal blades move in, and by all of them together: to the square of what adds to zero."""
+    exact, none, some, less = (
+        lobex.exact_limit(lobex.Rub(replace(TUNED, mistuning=size * shares), casing=RING), [SPEED]).gain[0]
+        for shares in [np.array([1.0, -2.0, 0.5, 0.5])]
+        for size in (0.0, 1e-9, 1e-3, 5e-4)
+    )
+    assert none == pytest.approx(exact, rel=1e-9)
+    assert (some - exact) / (less - exact) == pytest.approx(4.0, rel=0.02)
+
+
+def test_gradients_of_a_stage_without_symmetry_are_those_of_differences():
+    def gain(numbers):
+        stage = replace(KINDS["mistuned, uneven"], mistuning=numbers["mistuning"], spacing=numbers["spacing"])
+        ring = replace(RING, frequency=numbers["frequency"])
+        return lobex.exact_limit(lobex.Rub(stage, casing=ring), numbers["speed"]).gain[0]
+
+    at = {"mistuning": SHARES, "spacing": np.array(GAPS), "frequency": np.array([330.0, 520.0]), "speed": [SPEED]}
+    at = {name: np.asarray(value) for name, value in at.items()}
+    with jax.enable_x64(True):
+        slope = jax.tree.map(np.asarray, jax.grad(gain)(at))
+    for name, step in (("mistuning", 1e-7), ("spacing", 1e-5), ("frequency", 1e-3), ("speed", 1e-4)):
+        for k in range(len(at[name])):
+            # Of angles that make a turn.
+            unit = np.roll([1.0, -1.0, 0, 0], k) if name == "spacing" else 1.0 * (np.arange(len(at[name])) == k)
+            ends = [gain({**at, name: at[name] + sign * step * unit}) for sign in (1, -1)]
+            assert slope[name] @ unit == pytest.approx((ends[0] - ends[1]) / (2 * step), rel=2e-5), name
 
 
 @pytest.mark.slow

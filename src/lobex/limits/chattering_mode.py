@@ -13,6 +13,7 @@ from lobex.limits.receptance import receptance
 from lobex.limits.sections import Sections
 from lobex.limits.track_product import Uncoupled
 from lobex.limits.tracks_form import Families
+from lobex.limits.whole_stage import WholeStage
 from lobex.processes.at_speeds import at_speed, has_followers
 from lobex.processes.declared import mean_sizes
 from lobex.processes.process import Process
@@ -46,7 +47,8 @@ def labels_of(found: Any, gain: Any, omega: Any) -> Labels:
         gain, omega: of the limits, (n,), N/m and rad/s, with NaN where there is none.
     """
     none = no_labels(np.size(gain))
-    if _checks.is_traced((found, gain, omega)) or not isinstance(found, Regeneration | Contacts | Uncoupled):
+    known = isinstance(found, Regeneration | Contacts | Uncoupled | WholeStage)
+    if _checks.is_traced((found, gain, omega)) or not known:
         return none
     if not isinstance(found.receptance, Sections):
         return none
@@ -56,7 +58,9 @@ def labels_of(found: Any, gain: Any, omega: Any) -> Labels:
     sections = found.receptance
     if isinstance(found, Uncoupled):
         sections = _of_blades(sections, _loudest(found, np.where(there, gain, 1.0), at))
-    return none._replace(mode=np.where(there, 1 + np.argmax(_parts(sections, at), axis=1), 0))
+    most = np.argmax(_parts(sections, at), axis=1)
+    number = found.mode[most] if isinstance(found, WholeStage) else 1 + most
+    return none._replace(mode=np.where(there, number, 0))
 
 
 @in_float64

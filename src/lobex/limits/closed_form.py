@@ -11,11 +11,12 @@ from lobex import _checks
 from lobex._float64 import at_once
 from lobex._namespace import namespace
 from lobex._shapes import AnyArray, Number
-from lobex.characteristic.closed_loop import FAR, responses
 from lobex.limits.receptance import Receptance
 from lobex.limits.sections import Sections, sections_of_blocks
+from lobex.limits.sections_of_poles import sections_of_poles
 from lobex.limits.track_product import Uncoupled
 from lobex.limits.tracks_form import Families, is_of_tracks, tracks_of
+from lobex.limits.whole_stage import WholeStage
 from lobex.processes.process import Process
 from lobex.structures.modes import Modes
 from lobex.systems.form import by_form
@@ -26,8 +27,6 @@ from lobex.systems.traits import followers
 # At what a system is looked at that does not follow its speed.
 _SPEED = 1e-3
 _ROUNDING = 1e-12
-# Of a pole by eigenvalues on the imaginary axis, in units of its size.
-_STILL = 1e-14
 _GOLDEN = (5**0.5 - 1) / 2
 # Of a damping ratio beside which eigenvalues of a receptance keep too few digits.
 _UNDAMPED = 1e-9
@@ -80,7 +79,7 @@ class _Numbers(NamedTuple):
     rates: bool = False
 
 
-Form = Regeneration | Contacts | Uncoupled | Families | Rate
+Form = Regeneration | Contacts | Uncoupled | Families | WholeStage | Rate
 
 
 def closed_form(process: Process) -> Form | str:
@@ -146,7 +145,10 @@ def _made(process: Process, found: _Numbers, measured: list[Receptance]) -> Rege
     elif _checks.is_traced((system, held, inputs, seen)):
         return "has a structure without modes, which JAX traces"
     else:
-        sections = _by_poles(system, held, inputs, seen)
+        drift = np.asarray(system.drift() + system.input_matrix() @ held @ system.output_matrix())
+        sections = sections_of_poles(drift, np.asarray(inputs), np.asarray(seen))
+        if not isinstance(sections, str) and found.several and np.any(sections.damping_ratio <= _UNDAMPED):
+            sections = _FREE
     if isinstance(sections, str):
         return sections
     return Contacts(sections) if found.several else Regeneration(sections, 1.0)
@@ -251,29 +253,6 @@ def _by_blocks(
     acting = lib.stack([lib.asarray(inputs)[start::2, None, :] for start in (0, 1)], axis=-1)
     outputs = lib.stack([lib.asarray(seen).T[start::2, :, None] for start in (0, 1)], axis=-1)
     return sections_of_blocks(a, acting, outputs, rates)
-
-
-def _by_poles(
-    system: DelaySystem, held: Float[AnyArray, "e r"], inputs: Float[AnyArray, "..."], seen: Float[AnyArray, "..."]
-) -> Sections | str:
-    """G of any structure, by its pairs of poles, of forces and what they see as of ``_by_blocks``."""
-    drift = np.asarray(system.drift() + system.input_matrix() @ held @ system.output_matrix())
-    one = np.ndim(inputs) == 1
-    acting, outputs = np.asarray(inputs)[None] if one else np.asarray(inputs).T, np.atleast_2d(seen)
-    alike = (np.broadcast_to(part, (len(acting), *part.shape)) for part in (drift, outputs))
-    loops = responses(next(alike), acting, next(alike))
-    first, constant = (part[:, 0, 0] if one else part for part in loops[:2])
-    upper, lower = (part[:, 0] for part in loops[2:])
-    size = np.abs(upper)
-    if np.any(lower.real == -FAR):
-        return "has a pole without a partner"
-    if np.any(np.maximum(upper.real, lower.real) > _STILL * size):
-        return "has a structure that is not stable by itself"
-    own = np.sqrt((upper * lower).real)
-    ratio = np.where(np.abs(upper.real) > _STILL * size, -(upper + lower).real / (2 * own), 0.0)
-    if not one and np.any(ratio <= _UNDAMPED):
-        return _FREE
-    return Sections(own, ratio, constant, first)
 
 
 def _others(process: Process) -> Any:

@@ -38,6 +38,7 @@ from lobex.limits.several_contacts import Branched, branched, settled
 from lobex.limits.stretches import Stretches, stretches
 from lobex.limits.track_product import Uncoupled
 from lobex.limits.tracks_form import Families
+from lobex.limits.whole_stage import WholeStage
 from lobex.processes.process import Process, check_speed
 from lobex.structures.modes import Modes
 
@@ -205,7 +206,7 @@ def source_of(source: Any) -> Regeneration | Contacts:
     found = closed_form(source)
     if isinstance(found, Regeneration | Contacts):
         return found
-    if isinstance(found, Uncoupled | Families):
+    if isinstance(found, Uncoupled | Families | WholeStage):
         raise ValueError(f"process = {type(source).__name__} is of blades in each other's track; give exact_limit")
     why = found if isinstance(found, str) else "is Hayes' equation, of which lobex.limits.hayes has the limits"
     raise ValueError(f"process = {type(source).__name__} has no exact limit by D-subdivision: it {why}")

@@ -7,7 +7,8 @@ nothing of them is left out. Eigenvalues that pass each other need no name that 
 all but meet, the place in between is looked at too.
 """
 
-from typing import cast
+from collections.abc import Callable
+from typing import Any, cast
 
 import jax
 import numpy as np
@@ -38,10 +39,12 @@ _PARTS = 4
 # The fewest rows: programs are compiled for their number.
 _ROWS = 768
 
+Eigenvalues = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
 _ANGLE = np.pi * np.arange(_DEGREE + 1) / _DEGREE
 _PLACE = -np.cos(_ANGLE)
-# From values at the points to coefficients of powers.
-_POWERS = np.linalg.inv(np.vander(_PLACE, increasing=True))
+POWERS = np.linalg.inv(np.vander(_PLACE, increasing=True))
+"""From values at the points of a cell to coefficients of powers."""
 _CHEBYSHEV = np.linalg.inv(np.polynomial.chebyshev.chebvander(_PLACE, _DEGREE))
 
 
@@ -105,17 +108,39 @@ def eigenvalue_branches(sections: Sections, highest: float) -> EigenvalueBranche
         highest: up to which frequency past the structure's own, rad/s.
     """
     order = np.argsort(sections.angular_frequency)
-    anchors = np.asarray(sections.angular_frequency)[order]
+    anchors: Any = np.asarray(sections.angular_frequency)[order]
     edges = np.concatenate([[0.0], (anchors[1:] + anchors[:-1]) / 2, [_REACH * anchors[-1] + highest]])
     anchor = np.repeat(anchors, 2)
-    low = np.column_stack([edges[:-1] - anchors, 0 * anchors]).ravel()
-    high = np.column_stack([0 * anchors, edges[1:] - anchors]).ravel()
+    low: Any = np.column_stack([edges[:-1] - anchors, 0 * anchors]).ravel()
+    high: Any = np.column_stack([0 * anchors, edges[1:] - anchors]).ravel()
+    return _of_rows(*smooth_cells(lambda *at: _eigenvalues(sections, *at), anchor, low, high))
+
+
+def smooth_cells(
+    eigenvalues: Eigenvalues,
+    anchor: Float[np.ndarray, " c"],
+    low: Float[np.ndarray, " c"],
+    high: Float[np.ndarray, " c"],
+) -> tuple[
+    Float[np.ndarray, " cells"],
+    Float[np.ndarray, " cells"],
+    Float[np.ndarray, " cells"],
+    Complex[np.ndarray, "cells points m"],
+]:
+    """Cells in which eigenvalues are polynomials: the anchor, the offset of the middle, half the width, and the values
+    at Chebyshev's points, in an order that is smooth.
+
+    Args:
+        eigenvalues: of offsets (c, p) from anchors (c,), (c, p, m).
+        anchor: of the cells to begin with, rad/s, and
+        low, high: the offsets of their ends; those of no width are left out.
+    """
     anchor, low, high = (part[high > low] for part in (anchor, low, high))
     done: list[tuple[np.ndarray, ...]] = []
     for _ in range(_ROUNDS):
         middle, half = (low + high) / 2, (high - low) / 2
-        value = _followed(_eigenvalues(sections, anchor, middle[:, None] + half[:, None] * _PLACE), _PLACE)
-        good = _resolved(sections, anchor, middle, half, value)
+        value = _followed(eigenvalues(anchor, middle[:, None] + half[:, None] * _PLACE), _PLACE)
+        good = _resolved(eigenvalues, anchor, middle, half, value)
         good |= half <= _NARROWEST * np.finfo(float).eps * np.maximum(np.abs(low), np.abs(high))
         done.append((anchor[good], middle[good], half[good], value[good]))
         left = ~good
@@ -127,7 +152,8 @@ def eigenvalue_branches(sections: Sections, highest: float) -> EigenvalueBranche
         raise ValueError(
             "the receptance of the contacts has eigenvalues that no polynomials follow; give critical_gain"
         )
-    return _of_rows(*(np.concatenate(part) for part in zip(*done, strict=True)))
+    anchor, middle, half, value = (np.concatenate(part) for part in zip(*done, strict=True))
+    return anchor, middle, half, value
 
 
 def _of_rows(
@@ -138,7 +164,7 @@ def _of_rows(
 ) -> EigenvalueBranches:
     """What of cells (c,) with values (c, points, m) may be a limit, filled up with what is none."""
     size = np.max(np.abs(value), axis=1)
-    coefficients = np.einsum("kp,cpm->kcm", _POWERS, value)
+    coefficients = np.einsum("kp,cpm->kcm", POWERS, value)
     # The sum of a polynomial's other coefficients bounds how far it goes beyond its middle.
     lowest = coefficients[0].real - np.sum(np.abs(coefficients[1:].real), axis=0)
     cell, branch = np.nonzero((size > _NOTHING * np.max(size, axis=1, keepdims=True)) & (lowest < 0))
@@ -193,7 +219,7 @@ def _matched(expected: Complex[np.ndarray, "c m"], found: Complex[np.ndarray, "c
 
 
 def _resolved(
-    sections: Sections,
+    eigenvalues: Eigenvalues,
     anchor: Float[np.ndarray, " c"],
     middle: Float[np.ndarray, " c"],
     half: Float[np.ndarray, " c"],
@@ -219,8 +245,8 @@ def _resolved(
     if len(row):
         index, place = cell[row], place[row, pair]
         powers = place[:, None] ** np.arange(_DEGREE + 1)
-        expected = np.einsum("rk,kp,rpm->rm", powers, _POWERS, value[index])
-        found = _eigenvalues(sections, anchor[index], (middle[index] + half[index] * place)[:, None])[:, 0]
+        expected = np.einsum("rk,kp,rpm->rm", powers, POWERS, value[index])
+        found = eigenvalues(anchor[index], (middle[index] + half[index] * place)[:, None])[:, 0]
         found = np.take_along_axis(found, _matched(expected, found), axis=1)
         wrong = np.any(np.abs(found - expected) > 10 * allowed[index], axis=1)
         good[index[wrong]] = False
@@ -228,4 +254,4 @@ def _resolved(
 
 
 # From values at the points to slopes there.
-_SLOPES = np.vander(_PLACE, _DEGREE, increasing=True) @ (np.arange(1, _DEGREE + 1)[:, None] * _POWERS[1:])
+_SLOPES = np.vander(_PLACE, _DEGREE, increasing=True) @ (np.arange(1, _DEGREE + 1)[:, None] * POWERS[1:])

@@ -32,6 +32,7 @@ from lobex.limits.sections import Sections
 from lobex.limits.track_product import Uncoupled, limits_of_tracks
 from lobex.limits.tracks_form import Families
 from lobex.limits.undamped import undefined
+from lobex.limits.whole_stage import WholeStage, limits_of_stage
 from lobex.processes.at_speeds import at_speed, has_followers, tabled
 from lobex.processes.declared import check_system
 from lobex.processes.plausible import warn_of_implausible
@@ -76,8 +77,10 @@ def exact_limit(process: Process, speed: Any) -> Limit:
     neither speed nor gain; or whose modes follow the speed (``RotatingModes``, ``ModesOverSpeed``), which are taken at
     each. Hayes' limits for a single state, such as ``Scalar``, whose ``gain`` is the upper one. Several contacts, each
     in its own track, are as many of one with the eigenvalues of their receptance for a receptance: modes with damping
-    and several directions, or forces −K W [y − y(t − τ)] with any matrix W. Good to 1e-12 relative, and differentiable
-    with respect to speed and every number in the process; of several contacts once, and outside ``jit`` and ``vmap``.
+    and several directions, or forces −K W [y − y(t − τ)] with any matrix W. Blades each in the track of the one before
+    it, of any ``Blading``. Good to 1e-12 relative, and differentiable with respect to speed and every number in the
+    process; of several contacts and blades once, and outside ``jit`` and ``vmap``, but of blades that are coupled through
+    the disc and not alike not.
     ``intervals`` holds the stable interval below the limit; whether the process is stable again above it is not looked
     at.
 
@@ -92,8 +95,7 @@ def exact_limit(process: Process, speed: Any) -> Limit:
         revolution, see ``lobex.limits.undamped``.
 
     Raises:
-        ValueError: for a process of another form, such as one with periodic coefficients or contacts in the track of
-            each other, in words; and for speeds that are not positive and finite.
+        ValueError: for a process of another form, such as one with periodic coefficients, in words; and for speeds that are not positive and finite.
 
     Warns:
         LobexWarning: for numbers that can hardly be meant: speeds in rpm, damping in per cent.
@@ -255,6 +257,9 @@ def _limits_of(found: Form, speed: Float[AnyArray, " n"]) -> _Limits:
         return _of_families(found, speed)
     if isinstance(found, Uncoupled):
         gain, omega, tie = limits_of_tracks(found, speed)
+        return _of_one_contact(gain, omega, tie, labels_of(found, gain, omega))
+    if isinstance(found, WholeStage):
+        gain, omega, tie = limits_of_stage(found, speed)
         return _of_one_contact(gain, omega, tie, labels_of(found, gain, omega))
     none, nowhere = lib.zeros(speed.shape), lib.zeros(speed.shape, bool)
     everywhere = lib.ones(speed.shape, int)

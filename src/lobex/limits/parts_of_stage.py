@@ -14,9 +14,11 @@ import numpy as np
 from jaxtyping import Float
 from scipy.sparse.csgraph import connected_components
 
+from lobex import _checks
 from lobex._namespace import namespace
 from lobex._shapes import AnyArray
 from lobex.limits.sections import Sections, sections_of_blocks
+from lobex.limits.sections_of_poles import sections_of_poles
 from lobex.limits.several_contacts import numbers_of
 
 SHARED = -2
@@ -67,6 +69,27 @@ def blades_alone(part: Part, owner: np.ndarray, order: list[int], rates: bool) -
     lib = namespace(part)
     blocks, inputs, outputs = map(lib.asarray, part)
     return sections_of_blocks(blocks[rows], inputs[rows, :, blade], outputs[rows, blade, :], rates)
+
+
+def of_all(known: Part, part: Part, order: list[int]) -> tuple[Sections, np.ndarray] | str:
+    """G from every blade to every other, in order, with weights of the shape (n, N, N), and the number from 1 of the
+    mode that each section is of, those of a casing after those of the blades; or why there is none.
+    """
+    if np.shape(part.blocks)[1] == 2:
+        owner = owners(known)
+        shared = np.cumsum(owner == SHARED) + np.max(np.bincount(owner[owner >= 0]), initial=0)
+        own = [np.sum(owner[: k + 1] == one) for k, one in enumerate(owner)]
+        return _between(part, order), np.where(owner == SHARED, shared, own)
+    if _checks.is_traced(part):
+        return "has a structure without modes, which JAX traces"
+    found: list[Any] = []
+    for blocks, inputs, outputs in zip(*part, strict=True):
+        for at in _apart(blocks):
+            found.append(sections_of_poles(blocks[at][:, at], inputs[at][:, order], outputs[order][:, at]))
+    if why := next((one for one in found if isinstance(one, str)), None):
+        return why
+    mode = np.repeat(1 + np.arange(len(found)), [len(one.damping_ratio) for one in found])
+    return jax.tree.map(lambda *sides: np.concatenate(sides), *found), mode
 
 
 def are_alike(sections: Sections) -> bool:

@@ -9,9 +9,20 @@ from jaxtyping import Float
 from lobex import _checks
 from lobex._namespace import namespace
 from lobex._shapes import AnyArray, Number
-from lobex.limits.parts_of_stage import COUPLED, SHARED, Part, are_alike, blades_alone, owners, waves_of_blades
+from lobex.limits.parts_of_stage import (
+    COUPLED,
+    SHARED,
+    Part,
+    are_alike,
+    blades_alone,
+    of_all,
+    owners,
+    waves_of_blades,
+)
 from lobex.limits.sections import Sections
+from lobex.limits.several_contacts import numbers_of
 from lobex.limits.track_product import Uncoupled
+from lobex.limits.whole_stage import WholeStage
 from lobex.processes.process import Process
 from lobex.systems.delays import ConstantDelay, Share, WholePeriod
 from lobex.systems.form import by_form
@@ -75,7 +86,7 @@ def is_of_tracks(made: Any, shapes: tuple[Any, ...], number: Any) -> bool:
     return not any(any(followers(one.jaxpr)) for one in traced)
 
 
-def tracks_of(process: Process, known: Process, speed: float) -> Uncoupled | Families | str:
+def tracks_of(process: Process, known: Process, speed: float) -> Uncoupled | Families | WholeStage | str:
     """What the exact limit takes, or in words why there is none, of a process for which ``is_of_tracks``.
 
     Args:
@@ -111,6 +122,8 @@ def tracks_of(process: Process, known: Process, speed: float) -> Uncoupled | Fam
         found = blades_alone(part, owner, order, rates)
     else:
         found = waves_of_blades(known_part, part, order, rates) if even else COUPLED
+    if found == COUPLED:
+        return _whole(of_all(known_part, part, order), traced, order, speed)
     if isinstance(found, str):
         return found
     if refused := _damped(found):
@@ -119,6 +132,25 @@ def tracks_of(process: Process, known: Process, speed: float) -> Uncoupled | Fam
     if alone and (process is not known or not are_alike(found)):
         return Uncoupled(found)
     return Families(found, -np.arange(count) / count, even)
+
+
+def _whole(
+    found: tuple[Sections, np.ndarray] | str, system: DelaySystem, order: list[int], speed: float
+) -> WholeStage | str:
+    if isinstance(found, str):
+        return found
+    receptance, mode = found
+    if refused := _damped(receptance):
+        return refused
+    lib = namespace(system)
+    acting = np.einsum("kjj->kj", np.asarray(_forces(numbers_of(system)))) != 0
+    lags = [
+        lib.asarray(term.delay.shares(np.zeros(1), system.period))[0]
+        for term in system.feedback
+        if term.delay is not None
+    ]
+    lag = lib.sum(lib.where(acting, lib.stack(lags)[:, None], 0.0), axis=0)
+    return WholeStage(receptance, lag[np.array(order)] * system.period * speed, mode)
 
 
 def _forces(system: DelaySystem) -> Float[AnyArray, "k N N"]:
