@@ -1,10 +1,12 @@
 """Milling limits from receptances: against the whole state by collocation, closed forms, and modes fitted to noise."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
 import lobex
-from lobex.limits.multi_frequency import _harmonics
+from lobex.limits.multi_frequency import forces_of
 from milling_collocation import multipliers
 from refusals import refused
 from tap_test import FREQUENCY, OMEGA, RATIO, SHAPE, noisy
@@ -90,13 +92,13 @@ def test_the_mean_force_is_the_closed_form_of_the_source():
         )
 
     wanted = -TANGENTIAL / 2 * teeth / (2 * np.pi) * (alpha(stop) - alpha(start))
-    np.testing.assert_allclose(_harmonics(process, 0)[0], wanted, rtol=1e-12, atol=1e-4)
+    np.testing.assert_allclose(forces_of(process, 0).mean, wanted, rtol=1e-12, atol=1e-4)
 
 
 def test_zero_order_of_one_direction_is_turning_by_the_mean_force():
     process = milling(FLAT, 2, 0.3, "up")
     speed = np.array([1500.0, 4000.0, 9000.0]) / 60
-    mean = float(_harmonics(process, 0)[0, 0, 0].real)
+    mean = float(forces_of(process, 0).mean[0, 0].real)
     turning = lobex.exact_limit(lobex.Turning(FLAT, radial=mean), speed * 2)
     limit = lobex.zero_order_limit(process, speed)
     np.testing.assert_allclose(limit.gain, turning.gain, rtol=1e-9)
@@ -108,6 +110,60 @@ def test_where_the_force_is_constant_both_solutions_are_one():
     process, speed = milling(PLANE, 4, 1.0, "up"), np.array([3000.0, 7000.0]) / 60
     mean, all_of_it = lobex.zero_order_limit(process, speed), lobex.multi_frequency_limit(process, speed)
     np.testing.assert_allclose(all_of_it.gain, mean.gain, rtol=1e-9)
+
+
+def uneven(*degrees):
+    return lobex.Cutter.end_mill(0.02, pitch_degrees=degrees)
+
+
+def test_pitches_that_grow_alike_have_the_limits_of_even_ones():
+    """Teeth at 90 degrees, each with a delay of its own and by the harmonics of a revolution, and as one."""
+    speed, small, large = np.array([150.0]), 1e-4, 2e-4
+    for solve in (lobex.zero_order_limit, partial(lobex.multi_frequency_limit, reach=900.0)):
+        even = solve(milling(PLANE, 4, 0.5, "down"), speed)
+        off = []
+        for size in (small, large):
+            one = solve(milling(PLANE, uneven(90 + size, 90 - size, 90 + size / 2, 90 - size / 2), 0.5, "down"), speed)
+            assert one.chatter_frequency == pytest.approx(even.chatter_frequency, rel=1e-3)
+            off.append(one.gain[0] / even.gain[0] - 1)
+        assert np.max(np.abs(off)) < 1e-4
+
+
+# By the operator at these depths, in nodes to a tolerance of 1e-8.
+UNEVEN = {(70.0, 110.0, 70.0, 110.0): (6.0238190e-3, 571.2945), (75.0, 100.0, 88.0, 97.0): (2.1842684e-3, 535.4492)}
+
+
+@pytest.mark.parametrize("degrees", UNEVEN)
+def test_uneven_teeth_have_the_limit_of_the_operator(degrees):
+    """To what frequencies above four times the highest leave out; the mean force alone is off by some per cent."""
+    process, speed = milling(PLANE, uneven(*degrees), 0.5, "down"), [5000 / 60]
+    depth, frequency = UNEVEN[degrees]
+    all_of_it, mean = lobex.multi_frequency_limit(process, speed), lobex.zero_order_limit(process, speed)
+    assert all_of_it.gain[0] == pytest.approx(depth, rel=2e-4)
+    assert all_of_it.chatter_frequency[0] == pytest.approx(frequency, rel=1e-4)
+    assert 1e-4 < abs(mean.gain[0] / depth - 1) < 1e-2
+    with refused("several; give lobex.spectral_radius"):
+        mean.growth()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("degrees", UNEVEN)
+def test_limits_of_uneven_teeth_are_where_the_operator_has_its_multiplier_on_the_circle(degrees):
+    process, (depth, frequency) = milling(PLANE, uneven(*degrees), 0.5, "down"), UNEVEN[degrees]
+    limit = lobex.critical_gain(process, [5000 / 60], (1e-4, 1.2 * depth), scan=17)
+    assert limit.gain[0] == pytest.approx(depth, rel=1e-7)
+    assert limit.chatter_frequency[0] == pytest.approx(frequency, rel=1e-6)
+
+
+def test_measured_receptances_have_the_limits_of_the_modes_with_uneven_teeth():
+    frf, speed = sampled(0.0), [5000 / 60]
+    direct, modal = (
+        milling(source, uneven(100.0, 120.0, 140.0), 0.5, "down") for source in (frf.receptance_matrix(), frf.modes())
+    )
+    zero = [lobex.zero_order_limit(process, speed).gain for process in (direct, modal)]
+    np.testing.assert_allclose(*zero, rtol=1e-5)
+    both = [lobex.multi_frequency_limit(process, speed, reach=FREQUENCY[-1]).gain for process in (direct, modal)]
+    np.testing.assert_allclose(*both, rtol=2e-2)
 
 
 def sampled(noise, **others):
@@ -174,6 +230,7 @@ def test_where_the_band_ends_the_status_says_so(tmp_path):
 
 
 HELIX = lobex.Cutter.end_mill(0.016, teeth=4, helix_degrees=30)
+RUNOUT = lobex.Cutter.end_mill(0.02, teeth=2, runout=[0, 1e-5])
 
 
 @pytest.mark.parametrize(
@@ -184,6 +241,12 @@ HELIX = lobex.Cutter.end_mill(0.016, teeth=4, helix_degrees=30)
             "Turning is no milling; give exact_limit",
         ),
         (lambda: lobex.zero_order_limit(milling(PLANE, HELIX, 0.5, "down"), 80.0), "has a helix, which this solution"),
+        (
+            lambda: lobex.zero_order_limit(
+                milling(PLANE, lobex.Cutter.end_mill(0.02, teeth=2, runout=[0, 1e-5]), 0.5, "up"), 80.0
+            ),
+            "has runout, which this solution does not take",
+        ),
         (
             lambda: lobex.multi_frequency_limit(milling(FLAT, 1, 0.5, "down"), 80.0, reach=100.0),
             "reach = 100 Hz is not",

@@ -79,8 +79,8 @@ def exact_limit(process: Process, speed: Any) -> Limit:
     in its own track, are as many of one with the eigenvalues of their receptance for a receptance: modes with damping
     and several directions, or forces −K W [y − y(t − τ)] with any matrix W. Blades each in the track of the one before
     it, of any ``Blading``. Good to 1e-12 relative, and differentiable with respect to speed and every number in the
-    process; of several contacts and blades once, and outside ``jit`` and ``vmap``, but of blades that are coupled through
-    the disc and not alike not.
+    process; of several contacts and blades once, and outside ``jit`` and ``vmap``; not of blades that are coupled
+    through the disc without being alike.
     ``intervals`` holds the stable interval below the limit; whether the process is stable again above it is not looked
     at.
 
@@ -95,7 +95,8 @@ def exact_limit(process: Process, speed: Any) -> Limit:
         revolution, see ``lobex.limits.undamped``.
 
     Raises:
-        ValueError: for a process of another form, such as one with periodic coefficients, in words; and for speeds that are not positive and finite.
+        ValueError: for a process of another form, such as one with periodic coefficients, in words; and for speeds
+            that are not positive and finite.
 
     Warns:
         LobexWarning: for numbers that can hardly be meant: speeds in rpm, damping in per cent.

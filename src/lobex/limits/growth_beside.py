@@ -15,7 +15,7 @@ from jaxtyping import Complex, Float
 from lobex._warnings import warn
 from lobex.limits.closed_form import Regeneration, closed_form
 from lobex.limits.modal_curve import ModalCurve
-from lobex.limits.multi_frequency import mean_force
+from lobex.limits.multi_frequency import forces_of
 from lobex.limits.receptance import Receptance, SampledCurve
 from lobex.limits.receptance_curve import ReceptanceCurve
 from lobex.limits.receptance_matrix import MatrixCurve
@@ -77,7 +77,10 @@ def _responses(process: Any, limit: Limit) -> tuple[Along, list[Along], int]:
     """The response whose root the limit is of; of a measurement those of every second line; and passes a revolution."""
     method = limit.method["type"]
     if method == "ZeroOrder":
-        known = mean_force(process), _on_limit(limit, process.teeth)
+        forces = forces_of(process, 0)
+        if not forces.alike:
+            raise ValueError(f"limit is of teeth at unequal angles, whose delays are several; {_BY_MODES}")
+        known = forces.mean, _on_limit(limit, process.teeth)
         along, *halves = (partial(_of_matrix, MatrixCurve(one), *known) for one in _thinned(process.modes))
         return along, halves, process.teeth
     if method != "DSubdivision":

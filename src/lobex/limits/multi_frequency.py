@@ -1,6 +1,7 @@
 """Milling limits from receptances alone: the zero-order and the multi-frequency solution."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +19,7 @@ from lobex.processes.milling import Milling
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import check_process, check_speed
 from lobex.processes.quantity import quantity_of
-from lobex.processes.tooth import teeth_of
+from lobex.processes.tooth import Tooth, teeth_of
 from lobex.results.codes import Kind, Status
 from lobex.results.description import describe
 from lobex.results.limit import Limit
@@ -30,6 +31,13 @@ _ABOVE, _REACH = 1.5, 4.0
 # Of eigenvalues those that matter, the smallest limit being that of one of the largest.
 _MOST_BRANCHES = 12
 _STILL = 1e-15
+
+
+class _Boundary(NamedTuple):
+    """Where eigenvalues are those of a limit: so many turns at ω are whole there, and the gain by the eigenvalue."""
+
+    turns: Callable[[Any, Any], Any]
+    gain: Callable[[Any], Any]
 
 
 class Found(NamedTuple):
@@ -45,13 +53,14 @@ def zero_order_limit(process: Milling, speed: Any) -> Limit:
     stability lobes in milling, CIRP Annals 44, 1995).
 
     With the mean H₀ of the force in place of the periodic one, 1 + b (1 − e^{−jωτ}) μ = 0 with the eigenvalues μ of
-    G(ω) H₀, which needs the receptances alone: no modes, and no fit. What it neglects is all that the coming and going
-    of teeth does: it has no flip lobes, and is good where several teeth cut at a time, and poor at small immersion and
-    above the first lobe. ``multi_frequency_limit`` has that, too.
+    G(ω) H₀, which needs the receptances alone: no modes, and no fit. Of teeth at other angles each has a mean and a
+    delay, and −1/b is an eigenvalue of Σ (1 − e^{−jωτᵢ}) G(ω) Hᵢ (Altintas, Engin and Budak, Analytical stability
+    prediction and design of variable pitch cutters, J. Manuf. Sci. Eng. 121, 1999). What it neglects is all that the
+    coming and going of teeth does: it has no flip lobes, and is good where several teeth cut at a time, and poor at
+    small immersion and above the first lobe. ``multi_frequency_limit`` has that, too.
 
     Args:
-        process: ``Milling`` of straight teeth at equal angles, with modes, or a ``Receptance`` or ``ReceptanceMatrix``
-            in their place.
+        process: ``Milling`` of straight teeth, with modes, or a ``Receptance`` or ``ReceptanceMatrix`` in their place.
         speed: speeds, Hz (revolutions per second), (n,) or one number.
 
     Returns:
@@ -73,8 +82,11 @@ def multi_frequency_limit(process: Milling, speed: Any, reach: Any = None) -> Li
 
     The vibration has the frequencies ω + kω_T, ω_T being that of the teeth, of which the force couples each to all
     others by its harmonics H_{k−l}: 1 + b (1 − e^{−jωτ}) μ = 0 with the eigenvalues μ of the matrix of blocks
-    H_{k−l} G(ω + lω_T). What it neglects are frequencies above ``reach``, or above the measured band, where G is taken
-    for zero; below that band G is the mean real part of its first lines. With that, it has every lobe, flips included.
+    H_{k−l} G(ω + lω_T). Of teeth at other angles ω_T is that after which they repeat, each has harmonics and a delay of
+    its own, and −1/b is an eigenvalue of Σ Hᵢ_{k−l} (1 − e^{−j(ω + lω_T)τᵢ}) G(ω + lω_T): as many more frequencies take
+    seconds a speed, and fewer up to a lower ``reach``. What it neglects are frequencies above ``reach``, or above the
+    measured band, where G is taken for zero; below that band G is the mean real part of its first lines. With that, it
+    has every lobe, flips included.
     It has no error of its own: ask again with a larger ``reach``.
 
     Args:
@@ -108,14 +120,15 @@ def _limit(process: Any, speed: Any, reach: tuple[Any] | None, method: str) -> L
     measured = np.isfinite(curve.high)
     settings: dict[str, Any] = {}
     with timed() as spent:
+        passing = speeds * process.cutter.alike
         if reach is None:
-            found = _of_mean(curve, mean_force(process), speeds * process.teeth)
+            found = _of_mean(curve, forces_of(process, 0), passing)
         else:
             top = _reach(curve, reach[0])
             settings["reach"] = top / (2 * np.pi)
-            most = max(int(np.ceil(top / (2 * np.pi * float(speeds.min()) * process.teeth))), 1)
-            harmonics = _harmonics(process, 2 * most)
-            found = [_of_harmonics(curve, harmonics, 2 * np.pi * one * process.teeth, top) for one in speeds]
+            most = max(int(np.ceil(top / (2 * np.pi * float(passing.min())))), 1)
+            forces = forces_of(process, 2 * most)
+            found = [_of_harmonics(curve, forces, 2 * np.pi * one, top) for one in passing]
     gain = np.array([one.gain if one else np.nan for one in found])
     missing = Status.BEYOND_THE_MEASURED_FREQUENCIES if measured else Status.NONE_IN_RANGE
     return Limit(
@@ -138,14 +151,13 @@ def _limit(process: Any, speed: Any, reach: tuple[Any] | None, method: str) -> L
 
 
 def _check(process: Any) -> None:
-    """Require milling of straight teeth, alike, at a steady speed and without process damping."""
+    """Require milling of straight teeth at a steady speed, without runout and process damping."""
     if not isinstance(process, Milling):
         raise ValueError(f"process = {type(process).__name__} is no milling; give exact_limit, or lobex.Milling")
     cutter = process.cutter
-    uneven = cutter.alike != cutter.teeth
     others = {
         "a helix": cutter.helix is not None,
-        "teeth that differ": uneven or cutter.runout is not None,
+        "runout": cutter.runout is not None,
         "edges other than of an end mill": cutter.shaped or cutter.discs is not None,
         "process damping": process.process_damping is not None,
         "a speed that varies": process.speed_variation is not None,
@@ -172,15 +184,37 @@ def _reach(curve: MatrixCurve, reach: Any) -> float:
     return min(top, curve.high)
 
 
-def mean_force(process: Milling) -> Complex[np.ndarray, "r r"]:
-    """H₀ of the force per depth of cut, N/m²."""
-    return _harmonics(process, 0)[0]
+class Forces(NamedTuple):
+    """Of the teeth of a period.
+
+    Attributes:
+        harmonics: H_k of each per depth of cut, N/m², k = 0, 1, …, (teeth, k, r, r); H_{−k} is the conjugate.
+        share: of each its delay, in periods, (teeth,).
+    """
+
+    harmonics: Complex[np.ndarray, "teeth k r r"]
+    share: Float[np.ndarray, " teeth"]
+
+    @property
+    def alike(self) -> bool:
+        """Whether the period is the one delay."""
+        return len(self.share) == 1
+
+    @property
+    def mean(self) -> Complex[np.ndarray, "r r"]:
+        """H₀ of all together."""
+        return np.sum(self.harmonics[:, 0], axis=0)
+
+
+def forces_of(process: Milling, most: int) -> Forces:
+    """Of the teeth of a process, with harmonics up to ``most``."""
+    teeth = list(teeth_of(process, 1.0))
+    share = np.array([1.0 if tooth.share is None else float(tooth.share) for tooth in teeth])
+    return Forces(np.stack([_harmonics(tooth, most) for tooth in teeth]), share)
 
 
 @in_float64
-def _harmonics(process: Milling, most: int) -> Complex[np.ndarray, "k r r"]:
-    """H_k of the force per depth of cut, N/m², k = 0 to ``most``; H_{−k} is the conjugate."""
-    (tooth,) = teeth_of(process, 1.0)
+def _harmonics(tooth: Tooth, most: int) -> Complex[np.ndarray, "k r r"]:
     order = np.arange(most + 1)
     total = 0
     for piece in tooth.force.pieces():
@@ -194,45 +228,63 @@ def _harmonics(process: Milling, most: int) -> Complex[np.ndarray, "k r r"]:
     return np.asarray(total)
 
 
-def _of_mean(
-    curve: MatrixCurve, mean: Complex[np.ndarray, "r r"], passing: Float[np.ndarray, " n"]
-) -> list[Found | None]:
-    """By the eigenvalues of G H₀, at tooth passing frequencies, Hz."""
-
-    def eigenvalues(omega: np.ndarray) -> np.ndarray:
-        return np.linalg.eigvals(curve(omega) @ mean)
-
-    if np.isfinite(curve.high):
-        parts = np.arange(_PARTS) / _PARTS
-        grid = np.append((curve.knot[:-1, None] + parts * np.diff(curve.knot)[:, None]).ravel(), curve.knot[-1])
-    else:
-        spread = np.sinh(np.linspace(-6, 6, _PER_MODE)) / 6
-        near = (curve.resonance[:, None] + curve.width[:, None] * spread).ravel()
-        top = _ABOVE * float(np.max(curve.resonance))
-        grid = np.unique(np.r_[near[(near > 0) & (near < top)], np.linspace(0, top, 400)[1:]])
-    branch = _followed(eigenvalues(grid))
+def _of_mean(curve: MatrixCurve, forces: Forces, passing: Float[np.ndarray, " n"]) -> list[Found | None]:
+    """By the eigenvalues of G H₀, at frequencies of the period, Hz."""
+    grid = _along(curve)
     found = []
+    known = _followed(_of_one_delay(curve, forces, grid)) if forces.alike else np.empty(0)
     for frequency in passing:
         tau = 1 / frequency
-        best = _lowest(grid, branch, tau, eigenvalues)
+        if forces.alike:
+            eigenvalues, here, branch, boundary = partial(_of_one_delay, curve, forces), grid, known, _regenerative(tau)
+        else:
+            eigenvalues, boundary = partial(_of_delays, curve, forces, tau), _NEGATIVE
+            waves = np.arange(grid[0], grid[-1], 2 * np.pi / (_PER_PASS * tau * np.max(forces.share)))
+            here = np.union1d(grid, waves)
+            branch = _followed(eigenvalues(here))
+        best = _lowest(here, branch, boundary, eigenvalues)
         found.append(None if best is None else Found(best[0], best[1] / (2 * np.pi), Kind.HOPF))
     return found
 
 
-def _of_harmonics(
-    curve: MatrixCurve, harmonics: Complex[np.ndarray, "k r r"], passing: float, top: float
-) -> Found | None:
-    """By the eigenvalues of all blocks H_{k−l} G(ω + lω_T), at one tooth passing frequency ω_T, rad/s."""
+def _of_one_delay(curve: MatrixCurve, forces: Forces, omega: np.ndarray) -> Complex[np.ndarray, "k r"]:
+    """Eigenvalues of G H₀ at ω."""
+    return np.linalg.eigvals(curve(omega) @ forces.mean)
+
+
+def _of_delays(curve: MatrixCurve, forces: Forces, period: float, omega: np.ndarray) -> Complex[np.ndarray, "k r"]:
+    """Eigenvalues of Σ (1 − e^{−jωτᵢ}) G Hᵢ at ω."""
+    met = 1 - np.exp(-1j * omega[:, None] * period * forces.share)
+    return np.linalg.eigvals(curve(omega) @ np.einsum("kt,tij->kij", met, forces.harmonics[:, 0]))
+
+
+def _along(curve: MatrixCurve) -> Float[np.ndarray, " k"]:
+    """Frequencies of the band, dense at resonances, rad/s."""
+    if np.isfinite(curve.high):
+        parts = np.arange(_PARTS) / _PARTS
+        return np.append((curve.knot[:-1, None] + parts * np.diff(curve.knot)[:, None]).ravel(), curve.knot[-1])
+    spread = np.sinh(np.linspace(-6, 6, _PER_MODE)) / 6
+    near = (curve.resonance[:, None] + curve.width[:, None] * spread).ravel()
+    top = _ABOVE * float(np.max(curve.resonance))
+    return np.unique(np.r_[near[(near > 0) & (near < top)], np.linspace(0, top, 400)[1:]])
+
+
+def _of_harmonics(curve: MatrixCurve, forces: Forces, passing: float, top: float) -> Found | None:
+    """By the eigenvalues of all blocks H_{k−l} G(ω + lω_T), at one frequency of the period ω_T, rad/s."""
     most = max(int(np.ceil(top / passing)), 1)
     order = np.arange(-most, most)
     apart = order[:, None] - order
-    r = curve.directions
-    coupling = np.where((apart < 0)[..., None, None], np.conj(harmonics[np.abs(apart)]), harmonics[np.abs(apart)])
+    r, known = curve.directions, forces.harmonics[:, np.abs(apart)]
+    coupling = np.where((apart < 0)[..., None, None], np.conj(known), known)
 
     def matrix(omega: np.ndarray) -> np.ndarray:
         lines = omega[:, None] + order * passing
         response = np.where((np.abs(lines) <= top)[..., None, None], curve(lines), 0.0)
-        whole = np.einsum("klij,wljm->wkilm", coupling, response)
+        if forces.alike:
+            whole = np.einsum("klij,wljm->wkilm", coupling[0], response)
+        else:
+            met = 1 - np.exp(-2j * np.pi * lines[..., None] / passing * forces.share)
+            whole = np.einsum("wlt,tklij,wljm->wkilm", met, coupling, response, optimize=True)
         return whole.reshape(len(omega), len(order) * r, len(order) * r)
 
     def eigenvalues(omega: np.ndarray) -> np.ndarray:
@@ -243,17 +295,21 @@ def _of_harmonics(
     half = passing / 2
     grid = _folded(curve, passing, half)
     branch = _followed(eigenvalues(grid))
-    # The half of the tooth passing frequency has its flips, where 1 − e^{−jωτ} is 2.
-    best = _lowest(grid[:-1], branch[:-1], 2 * np.pi / passing, eigenvalues)
+    boundary = _regenerative(2 * np.pi / passing) if forces.alike else _NEGATIVE
+    best = _lowest(grid[:-1], branch[:-1], boundary, eigenvalues)
     kind = Kind.HOPF
-    at_half = branch[-1]
-    real = at_half[(np.abs(at_half.imag) < 1e-9 * np.abs(at_half)) & (at_half.real < 0)]
-    if real.size and (best is None or on_boundary(real.real.min()) < best[0]):
-        best, kind = (float(on_boundary(real.real.min())), half), Kind.FLIP
+    # The half of the frequency has flips, where 1 − e^{−jωτ} is 2, and of several delays 0 has folds.
+    ends = [(Kind.FLIP, half, branch[-1])]
+    if not forces.alike:
+        ends.append((Kind.FOLD, 0.0, eigenvalues(np.zeros(1))[0]))
+    for sort, omega, values in ends:
+        real = values[(np.abs(values.imag) < 1e-9 * np.abs(values)) & (values.real < 0)]
+        if real.size and (best is None or boundary.gain(real.real.min()) < best[0]):
+            best, kind = (float(boundary.gain(real.real.min())), omega), sort
     if best is None:
         return None
     gain, omega = best
-    factor = gain * (1 - np.exp(-2j * np.pi * omega / passing))
+    factor = gain * (1 - np.exp(-2j * np.pi * omega / passing) if forces.alike else 1.0)
     # The force that feeds itself, and the frequency at which it moves the structure most.
     values, vectors = np.linalg.eig(matrix(np.array([omega]))[0])
     force = vectors[:, np.argmin(np.abs(1 + factor * values))].reshape(len(order), r)
@@ -289,20 +345,24 @@ def _followed(values: Complex[np.ndarray, "k n"]) -> Complex[np.ndarray, "k n"]:
     return found
 
 
-def _turns(omega: Any, value: Any, tau: float) -> Any:
-    """ωτ less what the phase of an eigenvalue asks for, in turns: whole at the boundary of stability."""
-    return omega * tau / (2 * np.pi) + half_turns(value)
+def _regenerative(tau: float) -> _Boundary:
+    """Of eigenvalues μ with 1 + b (1 − e^{−jωτ}) μ = 0: ωτ less what the phase asks for is whole."""
+    return _Boundary(lambda omega, value: omega * tau / (2 * np.pi) + half_turns(value), on_boundary)
+
+
+_NEGATIVE = _Boundary(lambda omega, value: np.angle(-value) / (2 * np.pi), lambda real: -1 / real)
+"""Of eigenvalues −1/b."""
 
 
 def _lowest(
     grid: Float[np.ndarray, " k"],
     branch: Complex[np.ndarray, "k n"],
-    tau: float,
+    boundary: _Boundary,
     eigenvalues: Callable[[np.ndarray], np.ndarray],
 ) -> tuple[float, float] | None:
-    """The lowest gain, and its ω, at which an eigenvalue μ has 1 + b (1 − e^{−jωτ}) μ = 0."""
+    """The lowest gain, and its ω, at which an eigenvalue is that of a limit."""
     feeds = np.real(branch) < 0
-    turns = _turns(grid[:, None], branch, tau)
+    turns = boundary.turns(grid[:, None], branch)
     passed = feeds[1:] & feeds[:-1] & (np.floor(turns[1:]) != np.floor(turns[:-1]))
     brackets = []
     for i, j in zip(*np.nonzero(passed), strict=True):
@@ -310,12 +370,12 @@ def _lowest(
         for whole in range(int(np.floor(ends[0])) + 1, int(np.floor(ends[1])) + 1):
             share = (whole - turns[i, j]) / (turns[i + 1, j] - turns[i, j])
             value = branch[i, j] + share * (branch[i + 1, j] - branch[i, j])
-            brackets.append((on_boundary(value.real), i, j, whole))
+            brackets.append((boundary.gain(value.real), i, j, whole))
     best: tuple[float, float] | None = None
     for estimate, i, j, whole in sorted(brackets):
         if best is not None and estimate > 1.5 * best[0]:
             break
-        gain, omega = _settled(grid[i : i + 2], branch[i : i + 2, j], whole, tau, eigenvalues)
+        gain, omega = _settled(grid[i : i + 2], branch[i : i + 2, j], whole, boundary, eigenvalues)
         if gain > 0 and (best is None or gain < best[0]):
             best = gain, omega
     return best
@@ -325,7 +385,7 @@ def _settled(
     ends: Float[np.ndarray, "2"],
     values: Complex[np.ndarray, "2"],
     whole: int,
-    tau: float,
+    boundary: _Boundary,
     eigenvalues: Callable[[np.ndarray], np.ndarray],
 ) -> tuple[float, float]:
     """A root between two points of a branch; of the eigenvalues there, that nearest to the line between its ends."""
@@ -336,9 +396,9 @@ def _settled(
         near = eigenvalues(np.array([omega]))[0]
         return complex(near[np.argmin(np.abs(near - between))])
 
-    off = [float(_turns(omega, one, tau)) - whole for omega, one in ((low, first), (high, last))]
+    off = [float(boundary.turns(omega, one)) - whole for omega, one in ((low, first), (high, last))]
     if off[0] * off[1] >= 0:
         omega = low if off[0] == 0 else high
     else:
-        omega: Any = brentq(lambda at: float(_turns(at, value(at), tau)) - whole, low, high, xtol=_STILL * high)
-    return float(on_boundary(np.asarray(value(omega).real))), float(omega)
+        omega: Any = brentq(lambda at: float(boundary.turns(at, value(at))) - whole, low, high, xtol=_STILL * high)
+    return float(boundary.gain(np.asarray(value(omega).real))), float(omega)

@@ -122,7 +122,7 @@ def tracks_of(process: Process, known: Process, speed: float) -> Uncoupled | Fam
         found = blades_alone(part, owner, order, rates)
     else:
         found = waves_of_blades(known_part, part, order, rates) if even else COUPLED
-    if found == COUPLED:
+    if isinstance(found, str) and found == COUPLED:
         return _whole(of_all(known_part, part, order), traced, order, speed)
     if isinstance(found, str):
         return found

@@ -74,7 +74,8 @@ def places_of(process: Any) -> Places | None:
     straight = _straight(cutter)
     known = not _checks.is_traced((cutter.pitch, process.tangential, process.normal, process.modes, varied))
     steady = varied is None and (not straight or cutter.alike == cutter.teeth)
-    if not known or not cutter.one_helix or steady:
+    # A measurement has no system, nor pieces.
+    if not known or not cutter.one_helix or steady or hasattr(process.modes, "response"):
         return None
     with at_once():
         system = process.system(_some_speed(process.modes), 1.0)
