@@ -73,7 +73,8 @@ def test_growth_of_random_stages_is_the_multiplier(kind, seed):
     stiffness = stiffness_of(blading, casing, speed, STEPS, random.uniform(0.95, 1.03))
     off = []
     for steps in (STEPS, 2 * STEPS):
-        found = marched_growth(blading, casing, stiffness, speed, steps, 60)
+        # So many that another multiplier, of a wave that blades hardly see, has died out.
+        found = marched_growth(blading, casing, stiffness, speed, steps, 150)
         off.append(found / growth(blading, casing, stiffness, speed, steps) - 1)
     assert abs((4 * off[1] - off[0]) / 3) < 1e-4
 
