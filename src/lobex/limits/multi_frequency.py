@@ -84,7 +84,7 @@ def multi_frequency_limit(process: Milling, speed: Any, reach: Any = None) -> Li
     others by its harmonics H_{k−l}: 1 + b (1 − e^{−jωτ}) μ = 0 with the eigenvalues μ of the matrix of blocks
     H_{k−l} G(ω + lω_T). Of teeth at other angles ω_T is that after which they repeat, each has harmonics and a delay of
     its own, and −1/b is an eigenvalue of Σ Hᵢ_{k−l} (1 − e^{−j(ω + lω_T)τᵢ}) G(ω + lω_T): as many more frequencies take
-    seconds a speed, and fewer up to a lower ``reach``. What it neglects are frequencies above ``reach``, or above the
+    longer, and less up to a lower ``reach``. What it neglects are frequencies above ``reach``, or above the
     measured band, where G is taken for zero; below that band G is the mean real part of its first lines. With that, it
     has every lobe, flips included.
     It has no error of its own: ask again with a larger ``reach``.
