@@ -12,14 +12,14 @@ import hashlib, json
 import jax
 import numpy as np
 import lobex
-from lobex.grids import evaluation, refinement
+from lobex.grids import evaluation, one_size
 from lobex.marches import wear
 
 used = {}
 
 
-def watch(module, name):
-    plain = getattr(module, name)
+def watch(owner, name, module):
+    plain = owner[name]
 
     def watched(*arguments, **options):
         result = plain(*arguments, **options)
@@ -27,11 +27,12 @@ def watch(module, name):
         used.setdefault(module.__name__, set()).update(devices)
         return result
 
-    setattr(module, name, watched)
+    owner[name] = watched
 
 
-for module, name in ((refinement, "with_errors"), (evaluation, "_over_chunk"), (wear, "_turn")):
-    watch(module, name)
+watch(one_size.with_errors, False, one_size)
+watch(vars(evaluation), "_over_chunk", evaluation)
+watch(vars(wear), "_turn", wear)
 tool = lobex.Modes.single(frequency=146.5, damping_ratio=0.0032, mass=2.573)
 mill = lobex.Milling(tool, teeth=1, tangential=5.5e8, normal=2e8, radial_immersion=0.5)
 chart = lobex.sweep(mill, np.linspace(50, 300, 40), np.linspace(0, 3e-3, 5), lobex.Duhamel(nodes=10))

@@ -38,6 +38,14 @@ def mathieu(delay, delay_range):
     return made
 
 
+def shortened(rng):
+    """A delay that changes by a third of the time that goes by: waves, ten or so in a period, are shorter by that."""
+    numbers = np.array([rng.uniform(60, 300), rng.uniform(0.1, 2)])
+    stiffness, feedback = Partial(around, numbers), [(Partial(times, np.eye(1)), Partial(varying, 0.5))]
+    process = lobex.LinearDelay.second_order(1.0, rng.uniform(0.1, 0.6), stiffness, feedback, delay_range=(0.45, 0.55))
+    return process, 1 / TWO_PI, rng.uniform(-0.3, 0.3, 4) * numbers[0], ()
+
+
 def stepped(delays):
     """One that feeds back in a part of the period alone, by delays whose jumps meet in no image."""
 
@@ -94,6 +102,7 @@ KINDS = {
     "delay of two periods": mathieu(Partial(ago, 2.0), (2.0, 2.0)),
     "golden ratio": mathieu(Partial(ago, 0.618034), (0.618034, 0.618034)),
     "delay that varies": mathieu(Partial(varying, 0.3), (0.27, 0.33)),
+    "waves that a delay shortens": shortened,
     "jumps": stepped((0.618034,)),
     "jumps of two delays": stepped((0.618034, 0.81)),
     "first order": first_order,
@@ -101,11 +110,20 @@ KINDS = {
     "process damping": turning,
     "two teeth": cutter,
 }
-SMOOTH = ("period of two delays", "delay of two periods", "golden ratio", "delay that varies")
+SMOOTH = (
+    *("period of two delays", "delay of two periods", "golden ratio", "waves that a delay shortens"),
+    "delay that varies",
+)
 JUMPS = ("jumps", "jumps of two delays")
 OTHERS = ("first order", "remembered", "process damping", "two teeth")
 # Of the oracle, so that none turns by more than a few radians.
-PARTS = {"jumps": 16, "jumps of two delays": 16, "process damping": 40, "two teeth": 24}
+PARTS = {
+    "waves that a delay shortens": 60,
+    "jumps": 16,
+    "jumps of two delays": 16,
+    "process damping": 40,
+    "two teeth": 24,
+}
 
 
 def slow(kinds):

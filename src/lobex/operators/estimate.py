@@ -11,6 +11,7 @@ from jaxtyping import Array, Float
 from lobex._shapes import AnyArray
 from lobex.operators.moments import legendre_values
 from lobex.operators.response import followed_turn, gauss_nodes, quickness
+from lobex.systems.delays import varies
 from lobex.systems.mesh import seen_to_bend
 from lobex.systems.system import DelaySystem
 
@@ -22,6 +23,9 @@ _SMOOTH, _ROUGH = 20.0, 0.4
 # much of what they leave of y, over the cube of their number, and in proportion to what they leave of both. Bounds
 # fitted to several delays, delays apart from the period, and delays that vary (tests/test_general_error.py).
 _BETWEEN, _BOTH = 0.5, 1.0
+# A delay that varies makes waves of the force shorter than those of y, and meets what bends at places that are no
+# nodes' neighbours: so much of what they leave of the force, over the square of their number, as it moves the structure.
+_VARYING = 0.25
 # A bend of the force within a piece, in the derivative 2g + 2 after g generations of images of its jumps: of what it
 # adds to the last terms the nodes take the share that lies beyond twice their number, 2^−(2g + 1), for something else.
 _BENT = 0.25
@@ -118,6 +122,8 @@ def estimated_error(system: DelaySystem, contacts: InContact, value: Float[Array
     error = beyond * (_SMOOTH * beyond + _ROUGH * rough)
     if not system.to_nodes:
         error = error + tail * (_BOTH * force_tail + _BETWEEN / nodes**3)
+    if any(map(varies, system.delays)):
+        error = error + _VARYING * force_tail / nodes**2
     generations = seen_to_bend(system)
     if generations is not None:
         error = error + _BENT * force_tail / 2 ** (2 * generations + 1)

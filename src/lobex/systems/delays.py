@@ -75,3 +75,8 @@ class Varying:
         shares = jax.vmap(one)(jnp.ravel(phase))
         # Of a function that returns no number, too, so that it is told by its shape.
         return shares.reshape(*jnp.shape(phase), *jnp.shape(shares)[1:])
+
+
+def varies(delay: Delay) -> bool:
+    """Whether it may change within the period by itself: any but those that are known not to, or stand with many."""
+    return not isinstance(delay, WholePeriod | Share | ConstantDelay | OneOfMany)
