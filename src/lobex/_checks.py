@@ -139,6 +139,8 @@ def writable(name: str, path: str | os.PathLike[str]) -> Path:
     """Require that a file can be written at ``path``: its folder exists and accepts new files."""
     target = place(name, path)
     folder = target.parent
+    if target.suffix.lower() == ".zarr" and os.path.lexists(target):
+        raise ValueError(f"{name} = {str(path)!r} exists, and no Zarr takes its place; remove it or give another name")
     if not str(path) or target.is_dir():
         raise ValueError(f"{name} = {str(path)!r} is not a file name; give the path of a file")
     if not folder.is_dir():
