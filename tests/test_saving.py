@@ -279,7 +279,7 @@ def test_zarr_holds_all_labelled_arrays_and_the_model(name, tmp_path):
     assert again.attrs["process"] == labelled.attrs["process"]
     (tmp_path / "file.zarr").touch()
     for taken in ("r.zarr", "file.zarr"):
-        with refused(taken, "exists", "remove it"):
+        with refused(f"{taken}' exists, and no Zarr takes its place"):
             RESULTS[name]().save(tmp_path / taken)
 
 

@@ -23,8 +23,8 @@ _SMOOTH, _ROUGH = 20.0, 0.4
 # much of what they leave of y, over the cube of their number, and in proportion to what they leave of both. Bounds
 # fitted to several delays, delays apart from the period, and delays that vary (tests/test_general_error.py).
 _BETWEEN, _BOTH = 0.5, 1.0
-# A delay that varies makes waves of the force shorter than those of y, and meets what bends at places that are no
-# nodes' neighbours: so much of what they leave of the force, over the square of their number, as it moves the structure.
+# A delay that varies makes waves of the force shorter than those of y: so much of what the nodes leave of the force,
+# over the square of their number, as it moves the structure. A bound fitted to variations of the spindle's speed.
 _VARYING = 0.25
 # A bend of the force within a piece, in the derivative 2g + 2 after g generations of images of its jumps: of what it
 # adds to the last terms the nodes take the share that lies beyond twice their number, 2^−(2g + 1), for something else.
