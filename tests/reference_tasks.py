@@ -50,6 +50,8 @@ class Motion(NamedTuple):
     gain: float
     heights: Numbers
     case: Case
+    # Of how many periods of the process the file tells the radius.
+    periods: int = 1
 
 
 class Inexpressible(NamedTuple):

@@ -74,7 +74,8 @@ def forced_motion(content: Case) -> Iterator[Task]:
             tool = content["tools"][case["tool"]]
             process, depth = cutter(tool, case), case["depth_m"]
             heights = np.array(case.get("heights_m", [0.0])) / depth
-            yield Motion(f"f {part}", name(case), process, case["rpm"] / 60, depth, heights, case)
+            told = periods(process.cutter)
+            yield Motion(f"f {part}", name(case), process, case["rpm"] / 60, depth, heights, case, told)
 
 
 def process_damping(content: Case) -> Iterator[Task]:

@@ -64,12 +64,12 @@ def of_multipliers(tasks: list[Multiplier]) -> list[float]:
 
 def of_motion(task: Motion) -> float:
     """The error of a motion, as ``apart``."""
-    return apart(lobex.orbit(task.process, task.speed, task.gain, height=task.heights), task.case)
+    return apart(lobex.orbit(task.process, task.speed, task.gain, height=task.heights), task.case, task.periods)
 
 
-def apart(motion: Any, case: dict[str, Any]) -> float:
+def apart(motion: Any, case: dict[str, Any], periods: int = 1) -> float:
     """The worst difference of extremes and of y at the wall, relative to the peak of the axis, and of the radius."""
-    found = [abs(float(motion.spectral_radius) / case["spectral_radius"] - 1)]
+    found = [abs(float(motion.spectral_radius) ** periods / case["spectral_radius"] - 1)]
     for index, axis in enumerate("xy"):
         if peak := case.get(f"peak_{axis}_m"):
             names = {"lowest": f"{axis}_min_m", "highest": f"{axis}_max_m", "peak": f"peak_{axis}_m"}
