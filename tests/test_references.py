@@ -37,9 +37,9 @@ def tool(*pitch):
     return {"modes": modes, "pitch_deg": pitch, "Kt_N_per_m2": 679000000.0, "Kn_N_per_m2": 173824000.0}
 
 
-# Motions of cutters by collocation of the pencil and by steps of order eight: even teeth, and pitch with runout.
+# Motions of cutters by collocation of the pencil and by steps of order eight: with runout, and of pitch that repeats.
 MOTION = {
-    "tools": {"uneven": tool(82, 88, 92, 98)},
+    "tools": {"uneven": tool(82, 88, 92, 98), "twice": tool(70, 110, 70, 110)},
     "straight": [
         {
             **{"tool": "uneven", "radial_immersion": 0.5, "direction": "down", "rpm": 6000, "depth_m": 0.001},
@@ -48,6 +48,15 @@ MOTION = {
             **{"y_min_m": -4.570854296e-06, "y_max_m": 1.121807698e-05, "peak_y_m": 1.121807698e-05},
             "y_at_surface_m": [3.406082376e-06, 4.897075414e-06, 2.257490222e-06, -1.014699838e-06],
             "rel_diff": 2.1e-11,
+        },
+        # Its radius is that of the whole revolution, of which the teeth repeat after half.
+        {
+            **{"tool": "twice", "radial_immersion": 0.5, "direction": "down", "rpm": 5000, "depth_m": 0.0015},
+            **{"feed_per_tooth_m": 0.0001, "runout_m": None, "spectral_radius": 0.3063422534},
+            **{"x_min_m": -2.747514731e-06, "x_max_m": 5.303996408e-06, "peak_x_m": 5.303996408e-06},
+            **{"y_min_m": -1.258018173e-05, "y_max_m": 2.723033009e-05, "peak_y_m": 2.723033009e-05},
+            "y_at_surface_m": [-1.777794809e-06, 2.06996597e-05, -1.777794809e-06, 2.06996597e-05],
+            "rel_diff": 1e-10,
         },
     ],
 }
