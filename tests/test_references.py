@@ -86,12 +86,11 @@ def test_numbers_that_agree_and_one_that_does_not(tmp_path, capsys):
     assert compared(tmp_path / "coarse.json", {"g": wrong}, capsys)[1][0][4] == "0"
 
 
-# Of one motion by test_docs.py, which has it from a page.
-@pytest.mark.search
+@pytest.mark.slow
 def test_motions_agree_to_the_digits_printed(tmp_path, capsys):
     code, rows = compared(tmp_path / "motion.json", {"f": MOTION}, capsys)
     assert code == 0
-    assert rows[0][:4] == ["f", "straight", "1", "0"]
+    assert rows[0][:4] == ["f", "straight", "2", "0"]
     assert float(rows[0][4]) < 2e-9
 
 
