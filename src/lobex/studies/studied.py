@@ -3,7 +3,7 @@
 import inspect
 from collections.abc import Callable
 from functools import wraps
-from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar, cast, overload
+from typing import TYPE_CHECKING, Any, ParamSpec, Protocol, TypeVar, cast, overload, runtime_checkable
 
 from lobex.studies.task import Over, Task
 
@@ -15,6 +15,7 @@ R = TypeVar("R", covariant=True)
 _RUN = ("over", "store", "executor")
 
 
+@runtime_checkable
 class Verb(Protocol[P, R]):
     """Returns a ``Study`` with ``over``, and what the plain verb returns without."""
 
