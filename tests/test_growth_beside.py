@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import lobex
-from lobex.limits.multi_frequency import forces_of
 from lobex.limits.receptance import receptance
+from lobex.limits.tooth_harmonics import harmonics_of
 from refusals import refused
 
 ROD = lobex.Rod(elements=5).modes(damping_ratio=0.03)
@@ -91,7 +91,7 @@ def test_noise_hides_rates_before_it_hides_limits(rod):
 def test_of_the_mean_force_of_one_direction_it_is_turning():
     process = lobex.Milling(FLAT, 2, 6.79e8, 1.73824e8, 0.3, "up")
     limit = lobex.zero_order_limit(process, np.array([1500.0, 4000.0, 9000.0]) / 60)
-    radial = float(forces_of(process, 0).mean[0, 0].real)
+    radial = float(harmonics_of(process, 0).mean[0, 0].real)
     turning = lobex.exact_limit(lobex.Turning(FLAT, radial=radial), limit.speed * 2)
     one, other = limit.growth(), turning.growth()
     for name in ("rate", "bend", "drift", "delay"):

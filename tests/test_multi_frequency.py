@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import lobex
-from lobex.limits.multi_frequency import forces_of
+from lobex.limits.tooth_harmonics import harmonics_of
 from milling_collocation import multipliers
 from refusals import refused
 from tap_test import FREQUENCY, OMEGA, RATIO, SHAPE, noisy
@@ -92,13 +92,13 @@ def test_the_mean_force_is_the_closed_form_of_the_source():
         )
 
     wanted = -TANGENTIAL / 2 * teeth / (2 * np.pi) * (alpha(stop) - alpha(start))
-    np.testing.assert_allclose(forces_of(process, 0).mean, wanted, rtol=1e-12, atol=1e-4)
+    np.testing.assert_allclose(harmonics_of(process, 0).mean, wanted, rtol=1e-12, atol=1e-4)
 
 
 def test_zero_order_of_one_direction_is_turning_by_the_mean_force():
     process = milling(FLAT, 2, 0.3, "up")
     speed = np.array([1500.0, 4000.0, 9000.0]) / 60
-    mean = float(forces_of(process, 0).mean[0, 0].real)
+    mean = float(harmonics_of(process, 0).mean[0, 0].real)
     turning = lobex.exact_limit(lobex.Turning(FLAT, radial=mean), speed * 2)
     limit = lobex.zero_order_limit(process, speed)
     np.testing.assert_allclose(limit.gain, turning.gain, rtol=1e-9)

@@ -15,10 +15,10 @@ from jaxtyping import Complex, Float
 from lobex._warnings import warn
 from lobex.limits.closed_form import Regeneration, closed_form
 from lobex.limits.modal_curve import ModalCurve
-from lobex.limits.multi_frequency import forces_of
 from lobex.limits.receptance import Receptance, SampledCurve
 from lobex.limits.receptance_curve import ReceptanceCurve
 from lobex.limits.receptance_matrix import MatrixCurve
+from lobex.limits.tooth_harmonics import harmonics_of
 from lobex.processes.at_speeds import has_followers
 from lobex.results.growth_rate import GrowthRate
 from lobex.results.limit import Limit
@@ -77,7 +77,7 @@ def _responses(process: Any, limit: Limit) -> tuple[Along, list[Along], int]:
     """The response whose root the limit is of; of a measurement those of every second line; and passes a revolution."""
     method = limit.method["type"]
     if method == "ZeroOrder":
-        forces = forces_of(process, 0)
+        forces = harmonics_of(process, 0)
         if not forces.alike:
             raise ValueError(f"limit is of teeth at unequal angles, whose delays are several; {_BY_MODES}")
         known = forces.mean, _on_limit(limit, process.teeth)

@@ -1,25 +1,21 @@
 """Milling limits from receptances alone: the zero-order and the multi-frequency solution."""
 
-from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Complex, Float
-from scipy.optimize import brentq, linear_sum_assignment
 
 from lobex import _checks
-from lobex._float64 import in_float64
 from lobex._timing import timed
 from lobex.limits.chattering_mode import no_labels
-from lobex.limits.phase import half_turns
+from lobex.limits.eigenvalue_crossings import NEGATIVE, followed, lowest_on, regenerative
 from lobex.limits.receptance_matrix import MatrixCurve
-from lobex.limits.sections import on_boundary
+from lobex.limits.tooth_harmonics import ToothHarmonics, harmonics_of
 from lobex.processes.milling import Milling
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import check_process, check_speed
 from lobex.processes.quantity import quantity_of
-from lobex.processes.tooth import Tooth, teeth_of
 from lobex.results.codes import Kind, Status
 from lobex.results.description import describe
 from lobex.results.limit import Limit
@@ -30,14 +26,6 @@ _PER_PASS, _PER_MODE, _PARTS = 24, 40, 2
 _ABOVE, _REACH = 1.5, 4.0
 # Of eigenvalues those that matter, the smallest limit being that of one of the largest.
 _MOST_BRANCHES = 12
-_STILL = 1e-15
-
-
-class _Boundary(NamedTuple):
-    """Where eigenvalues are those of a limit: so many turns at ω are whole there, and the gain by the eigenvalue."""
-
-    turns: Callable[[Any, Any], Any]
-    gain: Callable[[Any], Any]
 
 
 class Found(NamedTuple):
@@ -122,12 +110,12 @@ def _limit(process: Any, speed: Any, reach: tuple[Any] | None, method: str) -> L
     with timed() as spent:
         passing = speeds * process.cutter.alike
         if reach is None:
-            found = _of_mean(curve, forces_of(process, 0), passing)
+            found = _of_mean(curve, harmonics_of(process, 0), passing)
         else:
             top = _reach(curve, reach[0])
             settings["reach"] = top / (2 * np.pi)
             most = max(int(np.ceil(top / (2 * np.pi * float(passing.min())))), 1)
-            forces = forces_of(process, 2 * most)
+            forces = harmonics_of(process, 2 * most)
             found = [_of_harmonics(curve, forces, 2 * np.pi * one, top) for one in passing]
     gain = np.array([one.gain if one else np.nan for one in found])
     missing = Status.BEYOND_THE_MEASURED_FREQUENCIES if measured else Status.NONE_IN_RANGE
@@ -184,75 +172,33 @@ def _reach(curve: MatrixCurve, reach: Any) -> float:
     return min(top, curve.high)
 
 
-class Forces(NamedTuple):
-    """Of the teeth of a period.
-
-    Attributes:
-        harmonics: H_k of each per depth of cut, N/m², k = 0, 1, …, (teeth, k, r, r); H_{−k} is the conjugate.
-        share: of each its delay, in periods, (teeth,).
-    """
-
-    harmonics: Complex[np.ndarray, "teeth k r r"]
-    share: Float[np.ndarray, " teeth"]
-
-    @property
-    def alike(self) -> bool:
-        """Whether the period is the one delay."""
-        return len(self.share) == 1
-
-    @property
-    def mean(self) -> Complex[np.ndarray, "r r"]:
-        """H₀ of all together."""
-        return np.sum(self.harmonics[:, 0], axis=0)
-
-
-def forces_of(process: Milling, most: int) -> Forces:
-    """Of the teeth of a process, with harmonics up to ``most``."""
-    teeth = list(teeth_of(process, 1.0))
-    share = np.array([1.0 if tooth.share is None else float(tooth.share) for tooth in teeth])
-    return Forces(np.stack([_harmonics(tooth, most) for tooth in teeth]), share)
-
-
-@in_float64
-def _harmonics(tooth: Tooth, most: int) -> Complex[np.ndarray, "k r r"]:
-    order = np.arange(most + 1)
-    total = 0
-    for piece in tooth.force.pieces():
-        start, length = float(piece.start), float(piece.length)
-        # Each node sees less than a wave.
-        nodes, weights = np.polynomial.legendre.leggauss(24 + 4 * most)
-        phase = start + length * (nodes + 1) / 2
-        force = np.asarray(tooth.force.within(np.asarray(start + length / 2), phase))
-        wave = np.exp(-2j * np.pi * order[:, None] * phase) * weights * length / 2
-        total = total + (0 if piece.idle is True else np.einsum("kp,pij->kij", wave, force))
-    return np.asarray(total)
-
-
-def _of_mean(curve: MatrixCurve, forces: Forces, passing: Float[np.ndarray, " n"]) -> list[Found | None]:
+def _of_mean(curve: MatrixCurve, forces: ToothHarmonics, passing: Float[np.ndarray, " n"]) -> list[Found | None]:
     """By the eigenvalues of G H₀, at frequencies of the period, Hz."""
     grid = _along(curve)
     found = []
-    known = _followed(_of_one_delay(curve, forces, grid)) if forces.alike else np.empty(0)
+    known = followed(_of_one_delay(curve, forces, grid)) if forces.alike else np.empty(0)
     for frequency in passing:
         tau = 1 / frequency
         if forces.alike:
-            eigenvalues, here, branch, boundary = partial(_of_one_delay, curve, forces), grid, known, _regenerative(tau)
+            eigenvalues, here, branch, boundary = partial(_of_one_delay, curve, forces), grid, known, regenerative(tau)
         else:
-            eigenvalues, boundary = partial(_of_delays, curve, forces, tau), _NEGATIVE
+            eigenvalues, boundary = partial(_of_delays, curve, forces, tau), NEGATIVE
             waves = np.arange(grid[0], grid[-1], 2 * np.pi / (_PER_PASS * tau * np.max(forces.share)))
             here = np.union1d(grid, waves)
-            branch = _followed(eigenvalues(here))
-        best = _lowest(here, branch, boundary, eigenvalues)
+            branch = followed(eigenvalues(here))
+        best = lowest_on(here, branch, boundary, eigenvalues)
         found.append(None if best is None else Found(best[0], best[1] / (2 * np.pi), Kind.HOPF))
     return found
 
 
-def _of_one_delay(curve: MatrixCurve, forces: Forces, omega: np.ndarray) -> Complex[np.ndarray, "k r"]:
+def _of_one_delay(curve: MatrixCurve, forces: ToothHarmonics, omega: np.ndarray) -> Complex[np.ndarray, "k r"]:
     """Eigenvalues of G H₀ at ω."""
     return np.linalg.eigvals(curve(omega) @ forces.mean)
 
 
-def _of_delays(curve: MatrixCurve, forces: Forces, period: float, omega: np.ndarray) -> Complex[np.ndarray, "k r"]:
+def _of_delays(
+    curve: MatrixCurve, forces: ToothHarmonics, period: float, omega: np.ndarray
+) -> Complex[np.ndarray, "k r"]:
     """Eigenvalues of Σ (1 − e^{−jωτᵢ}) G Hᵢ at ω."""
     met = 1 - np.exp(-1j * omega[:, None] * period * forces.share)
     return np.linalg.eigvals(curve(omega) @ np.einsum("kt,tij->kij", met, forces.harmonics[:, 0]))
@@ -269,7 +215,7 @@ def _along(curve: MatrixCurve) -> Float[np.ndarray, " k"]:
     return np.unique(np.r_[near[(near > 0) & (near < top)], np.linspace(0, top, 400)[1:]])
 
 
-def _of_harmonics(curve: MatrixCurve, forces: Forces, passing: float, top: float) -> Found | None:
+def _of_harmonics(curve: MatrixCurve, forces: ToothHarmonics, passing: float, top: float) -> Found | None:
     """By the eigenvalues of all blocks H_{k−l} G(ω + lω_T), at one frequency of the period ω_T, rad/s."""
     most = max(int(np.ceil(top / passing)), 1)
     order = np.arange(-most, most)
@@ -294,9 +240,9 @@ def _of_harmonics(curve: MatrixCurve, forces: Forces, passing: float, top: float
 
     half = passing / 2
     grid = _folded(curve, passing, half)
-    branch = _followed(eigenvalues(grid))
-    boundary = _regenerative(2 * np.pi / passing) if forces.alike else _NEGATIVE
-    best = _lowest(grid[:-1], branch[:-1], boundary, eigenvalues)
+    branch = followed(eigenvalues(grid))
+    boundary = regenerative(2 * np.pi / passing) if forces.alike else NEGATIVE
+    best = lowest_on(grid[:-1], branch[:-1], boundary, eigenvalues)
     kind = Kind.HOPF
     # The half of the frequency has flips, where 1 − e^{−jωτ} is 2, and of several delays 0 has folds.
     ends = [(Kind.FLIP, half, branch[-1])]
@@ -332,73 +278,3 @@ def _folded(curve: MatrixCurve, passing: float, half: float) -> Float[np.ndarray
     near = np.minimum(near, passing - near)
     grid = np.unique(np.r_[near, np.linspace(0, half, _PER_PASS + 1)])
     return np.append(grid[(grid > 1e-6 * half) & (grid < half * (1 - 1e-9))], half)
-
-
-def _followed(values: Complex[np.ndarray, "k n"]) -> Complex[np.ndarray, "k n"]:
-    """Eigenvalues in an order in which each goes on from the one before."""
-    found = values.copy()
-    for i in range(1, len(found)):
-        # Where it goes if it goes on as before.
-        ahead = found[i - 1] if i == 1 else 2 * found[i - 1] - found[i - 2]
-        apart = np.abs(ahead[:, None] - values[i]) + np.abs(found[i - 1][:, None] - values[i])
-        found[i] = values[i][linear_sum_assignment(apart)[1]]
-    return found
-
-
-def _regenerative(tau: float) -> _Boundary:
-    """Of eigenvalues μ with 1 + b (1 − e^{−jωτ}) μ = 0: ωτ less what the phase asks for is whole."""
-    return _Boundary(lambda omega, value: omega * tau / (2 * np.pi) + half_turns(value), on_boundary)
-
-
-_NEGATIVE = _Boundary(lambda omega, value: np.angle(-value) / (2 * np.pi), lambda real: -1 / real)
-"""Of eigenvalues −1/b."""
-
-
-def _lowest(
-    grid: Float[np.ndarray, " k"],
-    branch: Complex[np.ndarray, "k n"],
-    boundary: _Boundary,
-    eigenvalues: Callable[[np.ndarray], np.ndarray],
-) -> tuple[float, float] | None:
-    """The lowest gain, and its ω, at which an eigenvalue is that of a limit."""
-    feeds = np.real(branch) < 0
-    turns = boundary.turns(grid[:, None], branch)
-    passed = feeds[1:] & feeds[:-1] & (np.floor(turns[1:]) != np.floor(turns[:-1]))
-    brackets = []
-    for i, j in zip(*np.nonzero(passed), strict=True):
-        ends = np.sort(turns[i : i + 2, j])
-        for whole in range(int(np.floor(ends[0])) + 1, int(np.floor(ends[1])) + 1):
-            share = (whole - turns[i, j]) / (turns[i + 1, j] - turns[i, j])
-            value = branch[i, j] + share * (branch[i + 1, j] - branch[i, j])
-            brackets.append((boundary.gain(value.real), i, j, whole))
-    best: tuple[float, float] | None = None
-    for estimate, i, j, whole in sorted(brackets):
-        if best is not None and estimate > 1.5 * best[0]:
-            break
-        gain, omega = _settled(grid[i : i + 2], branch[i : i + 2, j], whole, boundary, eigenvalues)
-        if gain > 0 and (best is None or gain < best[0]):
-            best = gain, omega
-    return best
-
-
-def _settled(
-    ends: Float[np.ndarray, "2"],
-    values: Complex[np.ndarray, "2"],
-    whole: int,
-    boundary: _Boundary,
-    eigenvalues: Callable[[np.ndarray], np.ndarray],
-) -> tuple[float, float]:
-    """A root between two points of a branch; of the eigenvalues there, that nearest to the line between its ends."""
-    (low, high), (first, last) = ends.tolist(), values.tolist()
-
-    def value(omega: float) -> complex:
-        between = first + (last - first) * (omega - low) / (high - low)
-        near = eigenvalues(np.array([omega]))[0]
-        return complex(near[np.argmin(np.abs(near - between))])
-
-    off = [float(boundary.turns(omega, one)) - whole for omega, one in ((low, first), (high, last))]
-    if off[0] * off[1] >= 0:
-        omega = low if off[0] == 0 else high
-    else:
-        omega: Any = brentq(lambda at: float(boundary.turns(at, value(at))) - whole, low, high, xtol=_STILL * high)
-    return float(boundary.gain(np.asarray(value(omega).real))), float(omega)
