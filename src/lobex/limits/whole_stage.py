@@ -13,7 +13,7 @@ from jaxtyping import Bool, Complex, Float, Real
 
 from lobex import _checks
 from lobex._namespace import namespace
-from lobex._shapes import AnyArray, Number
+from lobex._shapes import AnyArray, Numbers
 from lobex.limits.eigenvalue_branches import POWERS, smooth_cells
 from lobex.limits.sections import Sections, modal_response
 from lobex.limits.several_contacts import numbers_of
@@ -63,15 +63,15 @@ def limits_of_stage(
 
 
 def _response(
-    stage: WholeStage, speed: Number, anchor: Float[AnyArray, " c"], offset: Float[AnyArray, "c p"]
+    stage: WholeStage, speed: Numbers, anchor: Float[AnyArray, " c"], offset: Float[AnyArray, "c p"]
 ) -> tuple[Complex[AnyArray, "c p N N"], Complex[AnyArray, "c p N N"]]:
-    """A and its derivative by ω, at offsets (c, p) from anchors (c,), rad/s."""
+    """A and its derivative by ω, at offsets (c, p) from anchors (c,), rad/s, and a speed or one of each, (c,)."""
     sections, omega = stage.receptance, anchor[:, None] + offset
     lib = namespace(stage, speed, omega)
     distance = (lib.asarray(sections.angular_frequency) - anchor[:, None])[:, None] - offset[..., None]
     response, slope, _ = modal_response(sections, distance, omega)
-    delay = lib.asarray(stage.lag) / speed
-    late = lib.exp(-1j * omega[..., None] * delay)[..., None, :]
+    delay = lib.asarray(stage.lag) / lib.reshape(speed, (-1, 1, 1, 1))
+    late = lib.exp(-1j * omega[..., None, None] * delay)
 
     def met(part: Any) -> Any:
         """What of a force on each blade the one after it meets."""
@@ -165,11 +165,7 @@ def _settled(
 ) -> tuple[Float[AnyArray, " s"], Float[AnyArray, " s"]]:
     """K and ω from ω beside them: to the second order in how far that is, and with first derivatives."""
     lib = namespace(stage, speed)
-    gains, places = [], []
-    for k in range(len(omega)):
-        matrix, slope = _response(stage, speed[k], omega[k : k + 1], np.zeros((1, 1)))
-        value, rate = (left[k] @ part[0, 0] @ right[k] for part in (matrix, slope))
-        step = -value.imag / rate.imag
-        gains.append(-1 / (value + step * rate).real)
-        places.append(omega[k] + step)
-    return lib.stack(gains), lib.stack(places)
+    parts = _response(stage, speed, omega, np.zeros((len(omega), 1)))
+    value, rate = (lib.einsum("sn,snm,sm->s", left, part[:, 0], right) for part in parts)
+    step = -value.imag / rate.imag
+    return -1 / (value + step * rate).real, omega + step
