@@ -10,6 +10,7 @@ from jax.tree_util import Partial
 import lobex
 import whole_state
 from problems import Damper, ago, around, pitched, times, turned
+from reference_cases import varying as variation_of
 
 # What the oracle is good for.
 REFERENCE = 1e-11
@@ -157,6 +158,25 @@ def assert_honest(kind, cases, method, seed):
 def test_chosen_nodes_are_right_or_say_so(kind):
     _, stated = assert_honest(kind, 5, lobex.Duhamel(), 5)
     assert np.all(stated <= 1e-8)
+
+
+# Of x″ + 2ξω x′ + ω²x = g ω² [x(t − τ(t)) − x], 100 Hz and 2 %, by collocation of the pencil and Hill's determinant.
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("form", "multiplier"),
+    [
+        ("instantaneous", 0.45041969197 + 0.39257016704j),
+        ("first-order", 0.08513407092 + 0.47850501483j),
+    ],
+)
+def test_many_waves_in_a_piece_that_a_delay_shortens_are_right(form, multiplier):
+    omega = TWO_PI * 100.0
+    process = variation_of(form, 0.1, 0.5, (0.04 * omega, omega**2, omega**2, 1.0))
+    found = lobex.sweep(process, [10.0], [0.1])
+    assert found.multiplier[0, 0] == pytest.approx(multiplier, rel=1e-8)
+    # With as few nodes as one might take the error is said.
+    few = lobex.sweep(process, [10.0], [0.1], lobex.Duhamel(nodes=44, tolerance=1e-3))
+    assert abs(few.spectral_radius[0, 0] / abs(multiplier) - 1) < 10 * few.error[0, 0]
 
 
 @pytest.mark.parametrize("kind", slow(JUMPS))

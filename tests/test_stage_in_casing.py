@@ -119,6 +119,8 @@ def test_below_the_exact_limit_a_stage_is_stable(kind):
     assert radius[-1] > 1
 
 
+# Far below the limit multipliers may lie so near to each other that their errors are said.
+@pytest.mark.filterwarnings("ignore::lobex.SweepWarning")
 @pytest.mark.search
 @pytest.mark.parametrize("seed", range(20))
 def test_exact_limits_of_random_stages_are_the_first_of_all(seed):
