@@ -69,6 +69,7 @@ def test_two_per_cent_of_mistuning_raise_the_limit_of_four_rods_by_ten_per_cent(
     assert 1.10 < spread / tuned < 1.11
 
 
+@pytest.mark.slow
 def test_limits_of_mistuned_blades_are_where_the_operator_has_its_multiplier_on_the_circle():
     blade = lobex.Modes.from_table([300.0, 700.0], 0.01, mass=[0.2, 0.3])
     rub = lobex.Rub(lobex.Blading(blade, 5, 0.05 * RANDOM.normal(size=5)))
@@ -188,6 +189,7 @@ def in_casing(casing):
 RING = {"frequency": 350.0, "damping_ratio": 0.02, "mass": 1.5}
 
 
+@pytest.mark.slow
 def test_coupled_blades_take_as_few_nodes_as_those_that_are_not():
     """Far above the limit, too, where what the force might keep up beyond the nodes is much."""
     rub, gains = blading("mistuned, coupled"), np.array([1e4, 1e5, 3e5])

@@ -70,6 +70,7 @@ class Whole(Tip):
         return replace(lobex.Rub(self.modes).system(speed, gain), terms=terms)
 
 
+@pytest.mark.slow
 def test_a_class_of_ones_own_and_derivatives_by_its_numbers():
     exact = lobex.exact_limit(ROD, SPEEDS).gain
     for own in (Tip(ROD.modes, 2.0), Whole(ROD.modes, 2.0)):
@@ -106,6 +107,7 @@ def test_a_measured_receptance_in_a_class_of_ones_own():
     assert lobex.exact_limit(Tip(measured, 2.0), speeds).gain == pytest.approx(expected / 2, rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lead", [2e-4, -1e-4])
 def test_velocities_that_are_seen(lead):
     # f = −K [x + c ẋ − the same a period ago], so that G is (1 + jωc) times that of the displacement.

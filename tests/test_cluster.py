@@ -97,12 +97,14 @@ def test_functions_in_a_model_are_sent(client):
     np.testing.assert_array_equal(there["multiplier"][1], here.multiplier)
 
 
+@pytest.mark.slow
 def test_a_killed_worker_loses_no_chunk(client, uninterrupted, tmp_path):
     with kill_at((5,), lambda: list(client.run(os.getpid).values())):
         study(tmp_path / "s", client)
     assert_sound(tmp_path / "s", uninterrupted)
 
 
+@pytest.mark.slow
 def test_an_interruption_takes_back_what_has_not_begun(client, uninterrupted, tmp_path):
     def interrupt(number):
         if number == 12:
@@ -227,6 +229,7 @@ def test_without_dask_its_extra_is_named(shell, monkeypatch):
     assert "pip install 'lobex[cluster]'" in told
 
 
+@pytest.mark.slow
 def test_an_asynchronous_client_is_refused(cluster, tmp_path):
     async def call():
         async with distributed.Client(cluster.scheduler_address, asynchronous=True) as client:

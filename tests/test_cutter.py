@@ -49,6 +49,7 @@ def test_even_pitch_is_milling_taken_as_often_as_it_has_teeth(direction):
     assert abs(whole[0]) == pytest.approx(abs(once[0]) ** 4, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_the_order_of_the_teeth_matters_and_where_it_begins_does_not():
     def leading(degrees):
         return abs(lobex.multipliers(pitched(degrees), 60.0, 2e-3, METHOD)[0])
@@ -204,6 +205,7 @@ def test_symmetric_structures_cut_up_as_they_cut_down_with_a_helix():
     assert values[0] == pytest.approx(values[1], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_derivatives_by_depth_helix_and_immersion_are_those_of_differences():
     def radius(numbers):
         depth, helix, immersion = numbers
@@ -235,6 +237,7 @@ def two_teeth():
     return made
 
 
+@pytest.mark.slow
 def test_edges_of_different_helix_meet_what_was_left_longer_ago_at_one_height_than_at_another(two_teeth):
     # Of two independent codes, at 15000 rpm and 3 mm.
     value = lobex.multipliers(two_teeth([30.0, 35.0]), 250.0, 3e-3, EACH)[0]

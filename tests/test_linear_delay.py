@@ -139,6 +139,7 @@ def test_the_force_of_a_tooth_is_that_of_milling_between_its_jumps(start, stop):
     np.testing.assert_allclose(own.delayed[0], known.delayed[0], rtol=1e-9, atol=1e-3)
 
 
+@pytest.mark.slow
 def test_matrices_in_si_units_are_as_good_as_their_modes():
     blade, contact = lobex.Rod(elements=2), np.diag([0.0, 1.0])
     mass, stiffness, damping = blade.matrices(damping_ratio=0.03)
@@ -344,6 +345,7 @@ def test_masses_that_are_none_are_refused():
         lobex.LinearDelay.second_order(np.eye(2), 1.0, np.eye(2))
 
 
+@pytest.mark.slow
 def test_a_delay_far_shorter_than_another_costs_no_more_pieces():
     short, near, far = 1e-3, 0.3, 0.5
     process = lobex.LinearDelay(

@@ -33,9 +33,9 @@ def limit(modes, speed=SPEED):
     ("marched", "structure", "delayed"),
     [
         (RUBBING, None, RUBBING),
-        (TURNING, None, TURNING.at(SPEED)),
-        (TWO, None, TWO),
-        (EACH, None, EACH),
+        pytest.param(TURNING, None, TURNING.at(SPEED), marks=pytest.mark.slow),
+        pytest.param(TWO, None, TWO, marks=pytest.mark.slow),
+        pytest.param(EACH, None, EACH, marks=pytest.mark.slow),
         (PLAIN, CASING, lobex.Modes.relative(tool=PLAIN, workpiece=CASING)),
     ],
     ids=["friction", "complex modes", "two contacts", "friction of each", "flexible casing"],

@@ -123,6 +123,7 @@ def of_samples(table):
     return table.derivative[:, there]
 
 
+@pytest.mark.slow
 def test_samples_of_a_measurement_have_the_sensitivities_of_its_modes(measured, rod):
     # dK/dp = Σ Re(dK/dG* dG/dp) over the samples.
     step = 1e-6
@@ -147,6 +148,7 @@ def test_scaling_laws_of_a_measurement(measured):
     assert measured.names[264:266] == ("modes.response[0].real", "modes.response[0].imag")
 
 
+@pytest.mark.slow
 def test_a_band_of_samples_is_the_scatter_of_limits(measured):
     random, share, limits = np.random.default_rng(5), 1e-4, []
     clean = receptance(ROD.modes, 2 * np.pi * FREQUENCY)

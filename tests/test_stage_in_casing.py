@@ -147,7 +147,8 @@ def test_exact_limits_of_random_stages_are_the_first_of_all(seed):
     assert radius[-1] > 1
 
 
-@pytest.mark.parametrize("kind", [pytest.param("tuned", marks=SLOW), "tuned, coupled"])
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["tuned", "tuned, coupled"])
 def test_equal_blades_have_an_exact_limit_by_the_waves_that_they_move_in(kind):
     blading = KINDS[kind]
     rub = lobex.Rub(blading, casing=RING)
@@ -210,6 +211,7 @@ def test_mistuning_that_vanishes_leaves_the_limit_of_equal_blades():
     assert (some - exact) / (less - exact) == pytest.approx(4.0, rel=0.02)
 
 
+@pytest.mark.slow
 def test_gradients_of_a_stage_without_symmetry_are_those_of_differences():
     def gain(numbers):
         stage = replace(KINDS["mistuned, uneven"], mistuning=numbers["mistuning"], spacing=numbers["spacing"])

@@ -126,6 +126,7 @@ def test_limits_over_the_modulus_obey_its_scaling():
     assert one.intervals[1, 0, 1] == pytest.approx(gain[1, 1])
 
 
+@pytest.mark.slow
 def test_more_stable_intervals_than_there_is_room_for_are_told():
     # ẋ = −x + (1 − cos 2aK) x(t − τ) turns where cos 2aK changes its sign.
     def rate(a, t, speed, gain):
