@@ -15,6 +15,7 @@ from lobex.files import made_of
 from lobex.results import fields as declare
 from lobex.results.matlab import legal
 from lobex.results.result import Result
+from lobex.results.saving import in_parts, write_netcdf
 from lobex.results.stored import Stored
 from refusals import refused
 from small_results import RESULTS
@@ -67,6 +68,14 @@ def test_a_result_comes_back(name, tmp_path):
         assert_same_fields(again, result)
     assert repr(again) == repr(result)
     assert [p.name for p in tmp_path.iterdir()] == ["r.NC"]
+
+
+@pytest.mark.parametrize("name", ALONE)
+def test_a_file_holds_what_xarray_would_write(name, saved, tmp_path):
+    labelled = in_parts(RESULTS[name]().to_xarray())
+    write_netcdf(labelled, tmp_path / "r.nc")
+    with xarray.open_dataset(tmp_path / "r.nc", engine="h5netcdf") as stored:
+        xarray.testing.assert_identical(saved[name], stored.load())
 
 
 @pytest.mark.parametrize("name", RESULTS)

@@ -25,9 +25,7 @@ class Result(Fields):
         """The result as a labelled dataset, with units, and with the model in its attributes."""
         import xarray
 
-        parts = Parts({}, {}, {"format": self.form})
-        write(self, parts)
-        return xarray.Dataset(parts.variables, parts.coordinates, parts.attributes)
+        return xarray.Dataset(*self._parts())
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the result to a file, all at once or not at all; its ending says which: .nc (NetCDF-4), which
@@ -37,9 +35,19 @@ class Result(Fields):
         Raises:
             ValueError: for any other ending, a place that cannot be written, and a .csv file of arrays that share none.
         """
-        from lobex.results.saving import save_dataset
+        from lobex.results.saving import checked, in_one_step, save_dataset
 
-        save_dataset(self.to_xarray(), path)
+        target = checked(path)
+        if target.suffix.lower() != ".nc":
+            return save_dataset(self.to_xarray(), path)
+        from lobex.results.netcdf import write_arrays
+
+        in_one_step(target, lambda file: write_arrays(file, self._parts()))
+
+    def _parts(self) -> Parts:
+        parts = Parts({}, {}, {"format": self.form})
+        write(self, parts)
+        return parts
 
 
 class OfProcess(Result):

@@ -6,20 +6,21 @@ import sys
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext, suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import xarray
 
 from lobex import _checks
 from lobex._optional import needed
+from lobex.results.netcdf import COMPLEX, in_two
+
+if TYPE_CHECKING:
+    import xarray
 
 ENDINGS = (".nc", ".zarr", ".mat", ".csv")
-PARTS = {"_real": ", real part", "_imag": ", imaginary part"}
-"""What the names and long names of a complex array's parts end in."""
 
 
-def save_dataset(dataset: xarray.Dataset, path: str | os.PathLike[str], read_back: tuple[str, ...] = ()) -> None:
+def save_dataset(dataset: "xarray.Dataset", path: str | os.PathLike[str], read_back: tuple[str, ...] = ()) -> None:
     """Write ``path`` in one step, in the format of its ending; arrays that serve for reading back go to .nc and .zarr.
 
     Raises:
@@ -45,18 +46,18 @@ def save_dataset(dataset: xarray.Dataset, path: str | os.PathLike[str], read_bac
             in_one_step(target, lambda file: write_table(in_parts(dataset.drop_vars(read_back)), file))
 
 
-def write_netcdf(dataset: xarray.Dataset, file: Path, **how: Any) -> None:
+def write_netcdf(dataset: "xarray.Dataset", file: Path, **how: Any) -> None:
     """Write a NetCDF-4 file, which takes texts at once and other arrays as they are computed."""
     with in_this_process():
         _with_texts(dataset, str).to_netcdf(file, engine="h5netcdf", format="NETCDF4", **how)
 
 
-def _write_zarr(dataset: xarray.Dataset, folder: Path, pipeline: dict[str, Any]) -> None:
+def _write_zarr(dataset: "xarray.Dataset", folder: Path, pipeline: dict[str, Any]) -> None:
     whole = _with_texts(dataset, object)
     whole.to_zarr(folder, zarr_format=3, consolidated=False, encoding=dict.fromkeys(whole.variables, pipeline))
 
 
-def _with_texts(dataset: xarray.Dataset, kind: type) -> xarray.Dataset:
+def _with_texts(dataset: "xarray.Dataset", kind: type) -> "xarray.Dataset":
     """The dataset with its texts at hand, as a format takes them: of one length, or each of its own."""
     texts = {name: array for name, array in dataset.variables.items() if array.dtype.kind in "OU"}
     return dataset.assign({name: array.load().astype(kind) for name, array in texts.items()})
@@ -96,22 +97,25 @@ def in_one_step(target: Path, write: Callable[[Path], object]) -> None:
             partial.unlink(missing_ok=True)
 
 
-def in_parts(dataset: xarray.Dataset) -> xarray.Dataset:
-    """Real and imaginary parts: a complex type is outside the NetCDF-4 standard and MATLAB cannot read it."""
+def in_parts(dataset: "xarray.Dataset") -> "xarray.Dataset":
+    """Complex arrays in two parts."""
+    import xarray
+
     arrays: dict[str, xarray.DataArray] = {}
     for name, whole in dataset.data_vars.items():
         if np.issubdtype(whole.dtype, np.complexfloating):
-            about = whole.attrs.get("long_name", name)
-            for values, (tail, words) in zip((whole.real, whole.imag), PARTS.items(), strict=True):
-                arrays[f"{name}{tail}"] = values.assign_attrs({**whole.attrs, "long_name": f"{about}{words}"})
+            apart = in_two(whole, str(name), whole.attrs)
+            arrays |= {own: part.assign_attrs(said) for own, (part, said) in apart.items()}
         else:
             arrays[str(name)] = whole
     return xarray.Dataset(arrays, dataset.coords, dataset.attrs)
 
 
-def joined(dataset: xarray.Dataset) -> xarray.Dataset:
+def joined(dataset: "xarray.Dataset") -> "xarray.Dataset":
     """Complex arrays in place of what ``in_parts`` made of them."""
-    (real, words), (imaginary, _) = PARTS.items()
+    import xarray
+
+    (real, words), (imaginary, _) = COMPLEX.items()
     arrays: dict[str, xarray.DataArray] = {}
     for name, part in dataset.data_vars.items():
         own = str(name).removesuffix(real)

@@ -26,7 +26,7 @@ class _Labels:
     """Text that tells the places of a dimension apart."""
 
     def write(self, name: str, value: tuple[str, ...], result: Any, into: Parts) -> None:
-        into.coordinates["parameter"] = "parameter", list(value)
+        into.coordinates["parameter"] = ("parameter",), np.asarray(value, dtype=str), {}
         into.attributes["parameters"] = json.dumps(value)
 
     def read(self, name: str, stored: Stored) -> tuple[str, ...]:

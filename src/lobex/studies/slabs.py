@@ -3,9 +3,11 @@
 import hashlib
 import io
 
-import h5netcdf
 import h5py
 import xarray
+
+from lobex.results.fields import Parts
+from lobex.results.netcdf import write_arrays
 
 _DIGITS = 16
 
@@ -22,15 +24,11 @@ def to_bytes(dataset: xarray.Dataset) -> bytes:
     lays out the same numbers otherwise.
     """
     buffer = io.BytesIO()
-    with h5netcdf.File(buffer, "w") as file:
-        file.dimensions = {str(name): size for name, size in dataset.sizes.items()}
-        for name, variable in dataset.variables.items():
-            made = file.create_variable(str(name), variable.dims, data=variable.to_numpy())
-            made.attrs.update(variable.attrs)
-        file.attrs.update(dataset.attrs)
-        # By this attribute a file names coordinates that are no dimensions.
-        if others := [str(name) for name in dataset.coords if name not in dataset.dims]:
-            file.attrs["coordinates"] = " ".join(others)
+    variables, coordinates = (
+        {str(name): (array.dims, array.to_numpy(), array.attrs) for name, array in arrays.items()}
+        for arrays in (dataset.data_vars, dataset.coords)
+    )
+    write_arrays(buffer, Parts(variables, coordinates, dataset.attrs))
     return buffer.getvalue()
 
 

@@ -18,7 +18,7 @@ from typing import Any, NoReturn
 import xarray
 
 from lobex import _checks
-from lobex.results.saving import in_parts, joined
+from lobex.results.saving import joined
 from lobex.studies import manifest as manifests
 from lobex.studies.slabs import checksum, from_bytes, to_bytes
 
@@ -47,7 +47,7 @@ class Place:
 
     def write(self, number: int, dataset: xarray.Dataset) -> None:
         """Put a chunk in its place, whole and on the disk."""
-        content = to_bytes(in_parts(dataset).assign_attrs(study=self.study, chunk=number))
+        content = to_bytes(dataset.assign_attrs(study=self.study, chunk=number))
         try:
             if not (self.folder / MANIFEST).is_file():
                 raise FileNotFoundError(errno.ENOENT, f"{socket.gethostname()} does not see it")
