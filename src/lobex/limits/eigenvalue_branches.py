@@ -13,7 +13,6 @@ from typing import Any, cast
 import jax
 import numpy as np
 from jaxtyping import Array, Bool, Complex, Float, Int
-from scipy.optimize import linear_sum_assignment
 
 from lobex._namespace import namespace
 from lobex._pytree import pytree
@@ -212,9 +211,13 @@ def _matched(expected: Complex[np.ndarray, "c m"], found: Complex[np.ndarray, "c
     """Which of the numbers found, (c, m), is each of those expected, (c, m): the nearest, or those nearest in sum."""
     apart = np.abs(expected[:, :, None] - found[:, None, :])
     index = np.argmin(apart, axis=2)
-    twice = np.any(np.sort(index, axis=1) != np.arange(index.shape[1]), axis=1)
-    for cell in np.flatnonzero(twice):
-        index[cell] = linear_sum_assignment(apart[cell])[1]
+    twice = np.flatnonzero(np.any(np.sort(index, axis=1) != np.arange(index.shape[1]), axis=1))
+    if len(twice):
+        # Imported here, as that takes longer than limits of one contact.
+        from scipy.optimize import linear_sum_assignment
+
+        for cell in twice:
+            index[cell] = linear_sum_assignment(apart[cell])[1]
     return index
 
 

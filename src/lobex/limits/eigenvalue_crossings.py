@@ -5,7 +5,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Complex, Float
-from scipy.optimize import brentq, linear_sum_assignment
 
 from lobex.limits.phase import half_turns
 from lobex.limits.sections import on_boundary
@@ -22,6 +21,9 @@ class Boundary(NamedTuple):
 
 def followed(values: Complex[np.ndarray, "k n"]) -> Complex[np.ndarray, "k n"]:
     """Eigenvalues in an order in which each goes on from the one before."""
+    # Imported here, as that takes longer than limits of one contact.
+    from scipy.optimize import linear_sum_assignment
+
     found = values.copy()
     for i in range(1, len(found)):
         # Where it goes if it goes on as before.
@@ -75,6 +77,8 @@ def _settled(
     eigenvalues: Callable[[np.ndarray], np.ndarray],
 ) -> tuple[float, float]:
     """A root between two points of a branch; of the eigenvalues there, that nearest to the line between its ends."""
+    from scipy.optimize import brentq
+
     (low, high), (first, last) = ends.tolist(), values.tolist()
 
     def value(omega: float) -> complex:

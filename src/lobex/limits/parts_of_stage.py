@@ -12,7 +12,6 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 from jaxtyping import Float
-from scipy.sparse.csgraph import connected_components
 
 from lobex import _checks
 from lobex._namespace import namespace
@@ -201,6 +200,9 @@ def _between(part: Part, order: list[int]) -> Sections:
 
 def _apart(matrix: Float[AnyArray, "d d"]) -> list[np.ndarray]:
     """The states of a block, a pair for each mode or wave, in groups that nothing couples."""
+    # Imported here, as that takes longer than limits of one contact.
+    from scipy.sparse.csgraph import connected_components
+
     pairs = np.kron(np.eye(np.shape(matrix)[0] // 2), np.ones((2, 2)))
     count, label = connected_components((np.asarray(matrix) != 0) | (pairs != 0), directed=False)
     return [np.flatnonzero(label == number) for number in range(count)]

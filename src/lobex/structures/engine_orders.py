@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float
-from scipy.optimize import brentq
 
 _GROWTHS = 12
 # Of the speed of divergence: there the frequency vanishes.
@@ -28,6 +27,9 @@ def crossing_speeds(modes: Any, order: Float[np.ndarray, " k"]) -> Float[np.ndar
     """The lowest speeds f = k · speed of natural frequencies f and orders k, Hz; NaN where they never meet."""
     if not hasattr(modes, "check_speed"):
         return np.asarray(modes.frequency)[:, None] / order
+    # Imported here, as that takes longer than most charts.
+    from scipy.optimize import brentq
+
     low, high = speed_range(modes)
     found = np.full((modes.count, len(order)), np.nan)
     for i, column in np.ndindex(found.shape):
