@@ -15,6 +15,7 @@ import numpy as np
 
 # Of revolutions, steps, speeds: what is longer ends in no lifetime, or in no memory.
 _MOST = 1_000_000
+_PLAIN = (np.ndarray, np.float64, float, int, bool)
 # Beyond these no quantity lies, in whatever units, and squares overflow or vanish.
 _LARGEST, _LEAST = 1e100, 1e-100
 
@@ -22,7 +23,10 @@ _LARGEST, _LEAST = 1e100, 1e-100
 def is_traced(value: Any) -> bool:
     """Whether JAX traces ``value``, or a number within it, so that it is not known."""
     jax = sys.modules.get("jax")
-    return jax is not None and any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(value))
+    # Most are plain, and to look for leaves takes longer than a small array's arithmetic.
+    if jax is None or type(value) in _PLAIN:
+        return False
+    return any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(value))
 
 
 def untraced(verb: str, **arguments: Any) -> None:

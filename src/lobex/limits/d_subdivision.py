@@ -21,9 +21,9 @@ from lobex import _checks
 from lobex._batches import in_batches
 from lobex._compiled import compiled, compiled_for, compiled_quickly
 from lobex._float64 import in_float64
-from lobex._namespace import namespace
+from lobex._namespace import namespace, still
 from lobex._pytree import pytree
-from lobex._shapes import AnyArray, ArrayLike, Numbers
+from lobex._shapes import AnyArray, ArrayLike, Number, Numbers
 from lobex.characteristic.lanes import few
 from lobex.limits.above import above
 from lobex.limits.closed_form import Contacts, Regeneration, closed_form
@@ -46,6 +46,8 @@ Source = Modes | Receptance | Regeneration | Contacts | Process
 
 # Speeds that are searched together: their phases at all stretches stay in cache.
 _BATCH = 128
+# In NumPy, speeds times stretches.
+_AT_HAND = 2**20
 # Of several contacts: programs are compiled for their number.
 _STRETCHES = 4096
 MOST_LOBES = 10_000
@@ -168,8 +170,8 @@ def exact_critical(source: Source, speed: ArrayLike, lowest: float | None = None
     if isinstance(found, Contacts):
         if lowest is not None:
             raise ValueError(f"lowest = {lowest!r} is for one contact direction; give None")
-        branches, still = branched(found.receptance, speed)
-        return ExactCritical(*settled(found.receptance, speed, still, *_critical(branches, still, None)))
+        branches, known = branched(found.receptance, speed)
+        return ExactCritical(*settled(found.receptance, speed, known, *_critical(branches, known, None)))
     return ExactCritical(*_critical(found, speed, lowest))
 
 
@@ -220,10 +222,12 @@ def _curve(source: Regeneration | Branched) -> ReceptanceCurve:
     return SampledCurve(part) if isinstance(part, Receptance) else ModalCurve(part, source.turn)
 
 
-def _gain(curve: ReceptanceCurve, row: Int[Array, ""], offset: Float[AnyArray, ""]) -> Float[AnyArray, ""]:
+def _gain(
+    curve: ReceptanceCurve, row: Int[AnyArray, " *lanes"], offset: Float[AnyArray, " *lanes"]
+) -> Float[AnyArray, " *lanes"]:
     gain = on_boundary(curve.at(row, offset)[0].real)
     # At the pole of an undamped mode: exactly zero, with the derivative by damping that it has.
-    return gain - jnp.where(curve.undamped_at(row, offset), jax.lax.stop_gradient(gain), 0.0)
+    return gain - namespace(gain).where(curve.undamped_at(row, offset), still(gain), 0.0)
 
 
 @in_float64
@@ -250,7 +254,7 @@ def _lobe_speeds(
     response: Complex[AnyArray, " *points"], omega: Float[AnyArray, " *points"], lobes: int
 ) -> Float[AnyArray, " lobes *points"]:
     numbers = np.arange(1, lobes + 1).reshape(-1, *(1,) * omega.ndim)
-    return omega / (2 * jnp.pi * (numbers - half_turns(response)))
+    return omega / (2 * np.pi * (numbers - half_turns(response)))
 
 
 def _stretches(source: Regeneration | Branched) -> Stretches:
@@ -266,7 +270,7 @@ def _stretches(source: Regeneration | Branched) -> Stretches:
 @compiled_quickly
 def every_stretch(source: Regeneration | Branched) -> Stretches:
     """The stretches of its receptance."""
-    return stretches(_curve(jax.lax.stop_gradient(source)))
+    return stretches(_curve(still(source)))
 
 
 @in_float64
@@ -275,6 +279,9 @@ def _critical(
 ) -> tuple[Float[AnyArray, " *lanes"], Float[AnyArray, " *lanes"], Int[AnyArray, " *lanes"], Bool[AnyArray, " *lanes"]]:
     lib = namespace(source, speed, lowest)
     speeds = lib.asarray(speed, dtype=lib.result_type(float))
+    if lib is np and not isinstance(source, Branched):
+        gain, omega, lobe, tie = (part.reshape(speeds.shape) for part in _at_hand(source, lowest, speeds.ravel()))
+        return gain, omega, lobe, tie
     flat, parts, count = speeds.ravel(), _stretches(source), speeds.size
     if lib is jnp and count <= _BATCH:
         results = _limits(source, parts, lowest, flat)
@@ -291,6 +298,17 @@ def _critical(
     return gain, omega, lobe, tie
 
 
+def _at_hand(source: Regeneration, lowest: float | None, speed: Float[np.ndarray, " p"]) -> tuple[Any, Any, Any, Any]:
+    """As ``_critical`` in NumPy: to compile for so few numbers takes longer."""
+    with np.errstate(all="ignore"):
+        parts = stretches(_curve(source))
+        size = max(_AT_HAND // len(parts.gain), 1)
+        batches = [speed[start : start + size] for start in range(0, max(len(speed), 1), size)]
+        results = [limit_at(source, parts, lowest, batch) for batch in batches]
+    gain, omega, lobe, tie = (np.concatenate(part) for part in zip(*results, strict=True))
+    return gain, omega, lobe, tie
+
+
 @compiled
 def _limits(
     source: Regeneration | Branched, parts: Stretches, lowest: Float[Array, ""] | None, speed: Float[Array, " p"]
@@ -300,39 +318,44 @@ def _limits(
 
 
 def limit_at(
-    source: Regeneration | Branched, parts: Stretches, lowest: Float[Array, ""] | None, speed: Float[Array, ""]
-) -> tuple[Float[AnyArray, ""], Float[AnyArray, ""], Int[AnyArray, ""], Bool[AnyArray, ""]]:
-    """Gain, ω, lobe and tie at one speed, Hz, from the stretches of its receptance; traced."""
-    curve = _curve(source)
+    source: Regeneration | Branched,
+    parts: Stretches,
+    lowest: Number | None,
+    speed: Float[AnyArray, " *lanes"],
+) -> tuple[Float[AnyArray, " *lanes"], Float[AnyArray, " *lanes"], Int[AnyArray, " *lanes"], Bool[AnyArray, " *lanes"]]:
+    """Gain, ω, lobe and tie at a speed, Hz, from the stretches of its receptance: of one that JAX traces, or of many in
+    NumPy.
+    """
+    lib, curve = namespace(source, parts, lowest, speed), _curve(source)
     # The search is done with the values alone; the derivative is put on its result.
-    still, still_speed = _curve(jax.lax.stop_gradient(source)), jax.lax.stop_gradient(speed)
+    bare, bare_speed = _curve(still(source)), still(speed)
     mine, stable = parts, True
     if lowest is not None:
-        mine, stable = above(still, parts, still_speed, lowest * jax.lax.stop_gradient(source.stiffness))
-    found = lowest_lobe_point(still, mine, still_speed)
+        mine, stable = above(bare, parts, bare_speed, lowest * still(source.stiffness))
+    found = lowest_lobe_point(bare, mine, bare_speed)
     offset = _follow(curve, speed, found.row, found.offset)
-    exists = stable & (found.gain < jnp.inf)
-    gain = jnp.where(exists, _gain(curve, found.row, offset) / source.stiffness, jnp.nan)
-    omega = jnp.where(exists, curve.anchor[found.row] + offset, jnp.nan)
+    exists = stable & (found.gain < lib.inf)
+    gain = lib.where(exists, _gain(curve, found.row, offset) / source.stiffness, lib.nan)
+    omega = lib.where(exists, curve.anchor[found.row] + offset, lib.nan)
     return gain, omega, found.lobe.astype(int), found.tie
 
 
 def limit_followed(source: Regeneration, speed: Float[Array, ""], omega: Float[Array, ""]) -> Float[AnyArray, ""]:
     """The gain of a limit that was found at ω, as a function of the samples of a measurement and the speed; traced."""
     curve = _curve(source)
-    anchor = jax.lax.stop_gradient(curve.anchor)
+    anchor = still(curve.anchor)
     row = jnp.clip(jnp.searchsorted(anchor, omega, side="right") - 1, 0, len(anchor) - 1)
     return _gain(curve, row, _follow(curve, speed, row, omega - anchor[row])) / source.stiffness
 
 
 def _follow(
-    curve: ReceptanceCurve, speed: Float[Array, ""], row: Int[AnyArray, ""], offset: Any
-) -> Float[AnyArray, ""]:
+    curve: ReceptanceCurve, speed: Float[AnyArray, " *lanes"], row: Int[AnyArray, " *lanes"], offset: Any
+) -> Float[AnyArray, " *lanes"]:
     """The root's offset as a function of speed and curve: two Newton steps, exact to the second derivative."""
-    level = jax.lax.stop_gradient(phase(curve, speed, row, offset)[0])
+    level = still(phase(curve, speed, row, offset)[0])
     for _ in range(2):
         value, slope, _ = phase(curve, speed, row, offset)
-        offset = offset - (value - level) / jnp.where(slope == 0, 1.0, slope)
+        offset = offset - (value - level) / namespace(slope).where(slope == 0, 1.0, slope)
     return offset
 
 

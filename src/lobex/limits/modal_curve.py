@@ -1,10 +1,8 @@
 """The receptance of modes along the frequency axis, and the grid that shows all of its features."""
 
-import jax
-import numpy as np
 from jaxtyping import Bool, Complex, Float, Int
 
-from lobex._namespace import namespace
+from lobex._namespace import namespace, still
 from lobex._shapes import AnyArray, Number
 from lobex.limits.receptance_curve import clustered
 from lobex.limits.sections import Sections, modal_response
@@ -24,11 +22,11 @@ class ModalCurve:
     def __init__(self, sections: Sections, turn: Number = 0.0) -> None:
         lib = namespace(sections)
         angular_frequency = lib.asarray(sections.angular_frequency, dtype=lib.result_type(float))
-        order = lib.argsort(_still(angular_frequency))
+        order = lib.argsort(still(angular_frequency))
         damping_ratio = lib.asarray(sections.damping_ratio, dtype=angular_frequency.dtype)[order]
         floor = lib.finfo(angular_frequency.dtype).eps ** 2
         self.undamped = damping_ratio < floor
-        raised = _still(lib.maximum(damping_ratio, floor) - damping_ratio)
+        raised = still(lib.maximum(damping_ratio, floor) - damping_ratio)
         self.anchor = angular_frequency[order]
         weight = lib.asarray(sections.weight)[order]
         rate = None if sections.rate is None else lib.asarray(sections.rate)[order]
@@ -73,7 +71,3 @@ class ModalCurve:
         self, row: Int[AnyArray, " *points"], offset: Float[AnyArray, " *points"]
     ) -> Float[AnyArray, "*points n"]:
         return (self.anchor - self.anchor[row][..., None]) - offset[..., None]
-
-
-def _still(value: Float[AnyArray, " n"]) -> Float[AnyArray, " n"]:
-    return value if namespace(value) is np else jax.lax.stop_gradient(value)

@@ -2,12 +2,11 @@
 
 from typing import Any
 
-import jax
-import jax.numpy as jnp
-from jaxtyping import Array, Complex, Float, Int
+import numpy as np
+from jaxtyping import Complex, Float, Int
 
-from lobex._namespace import namespace
-from lobex._shapes import AnyArray, Number
+from lobex._namespace import namespace, still
+from lobex._shapes import AnyArray, Numbers
 from lobex.limits.receptance_curve import ReceptanceCurve
 
 
@@ -26,26 +25,26 @@ def half_turn_rate(
     response: Complex[AnyArray, " *points"], slope: Complex[AnyArray, " *points"]
 ) -> Float[AnyArray, " *points"]:
     """Derivative of ``half_turns`` by ω."""
-    return -(slope / response).imag / jnp.pi
+    return -(slope / response).imag / np.pi
 
 
 def half_turn_bend(
     response: Complex[AnyArray, " *points"], slope: Complex[AnyArray, " *points"], bend: Complex[AnyArray, " *points"]
 ) -> Float[AnyArray, " *points"]:
     """Second derivative of ``half_turns`` by ω."""
-    return -(bend / response - (slope / response) ** 2).imag / jnp.pi
+    return -(bend / response - (slope / response) ** 2).imag / np.pi
 
 
 def phase(
-    curve: ReceptanceCurve, speed: Number, row: Int[AnyArray, ""], offset: Float[Array, ""]
-) -> tuple[Float[AnyArray, ""], Float[AnyArray, ""], Float[AnyArray, ""]]:
+    curve: ReceptanceCurve, speed: Numbers, row: Int[AnyArray, " *points"], offset: Float[AnyArray, " *points"]
+) -> tuple[Float[AnyArray, " *points"], Float[AnyArray, " *points"], Float[AnyArray, " *points"]]:
     """(ωτ − 2 arg G)/2π − 1/2 and the turn of the curve, a lobe number where one passes, less the whole turns at the
     row's anchor; ′ and ″.
     """
-    rate = 1 / (2 * jnp.pi * speed)
+    rate = 1 / (2 * np.pi * speed)
     response, slope, bend = curve.at(row, offset)
     turns = curve.anchor[row] * rate
-    within = turns - jax.lax.stop_gradient(jnp.floor(turns))
+    within = turns - still(namespace(turns).floor(turns))
     return (
         within + offset * rate + turns_of(curve, response),
         rate + half_turn_rate(response, slope),

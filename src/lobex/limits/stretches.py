@@ -1,18 +1,19 @@
 """Stretches of the frequency axis that hold at most one candidate for the limit each, whatever the speed."""
 
 from collections.abc import Callable
-from typing import NamedTuple, cast
+from typing import Any, NamedTuple
 
 import jax
-import jax.numpy as jnp
-from jaxtyping import Array, Complex, Float, Int
+import numpy as np
+from jaxtyping import Complex, Float, Int
 
+from lobex._namespace import namespace
+from lobex._roots import sign_change
 from lobex._shapes import AnyArray
 from lobex.limits.phase import half_turn_bend, half_turn_rate, turns_of
 from lobex.limits.receptance_curve import ReceptanceCurve, clustered
 from lobex.limits.sections import on_boundary
 
-_HALVINGS = 52
 # Points on either side of a zero of Re G, where arg G may turn as fast as at a resonance.
 _AROUND = 8
 
@@ -29,53 +30,60 @@ class Stretches(NamedTuple):
         gain: −1/(2 Re G) at the end of lower gain, (c,), N/m; infinite for a stretch that is none.
     """
 
-    row: Int[Array, " stretches"]
-    low: Float[Array, " stretches"]
-    high: Float[Array, " stretches"]
-    low_turns: Float[Array, " stretches"]
-    high_turns: Float[Array, " stretches"]
-    low_rate: Float[Array, " stretches"]
-    high_rate: Float[Array, " stretches"]
-    gain: Float[Array, " stretches"]
+    row: Int[AnyArray, " *stretches"]
+    low: Float[AnyArray, " *stretches"]
+    high: Float[AnyArray, " *stretches"]
+    low_turns: Float[AnyArray, " *stretches"]
+    high_turns: Float[AnyArray, " *stretches"]
+    low_rate: Float[AnyArray, " *stretches"]
+    high_rate: Float[AnyArray, " *stretches"]
+    gain: Float[AnyArray, " *stretches"]
 
 
 def stretches(curve: ReceptanceCurve) -> Stretches:
-    """The stretches of a curve: its grid, cut at the zeros of Re G and at the extrema of Re G and d arg G/dω."""
+    """The stretches of a curve: its grid, cut at the zeros of Re G and at the extrema of Re G and d arg G/dω.
+
+    Those that are none are left out where numbers are at hand, and last where JAX traces them.
+    """
+    lib = namespace(curve.anchor)
     row, offset = curve.grid()
     zero_row, zero, width = _zeros(curve, row, offset, _real_part)
     row, offset = _merged((row, offset), (zero_row, zero))
     if curve.most_breaks is not None:
         response, slope, _ = curve.at(zero_row, zero)
-        around = clustered(jnp.abs(response / slope)[:, None], width[:, None], jnp.arange(1, _AROUND + 1) / _AROUND)
-        around = jnp.where(width[:, None] > 0, jnp.concatenate([-around, around], axis=1), 0.0)
-        bounds = (jax.ops.segment_min, jax.ops.segment_max)
-        least, most = (b(offset, row, num_segments=curve.anchor.shape[0])[zero_row, None] for b in bounds)
-        near = jnp.clip(zero[:, None] + around, least, most)
-        row, offset = _merged((row, offset), (jnp.repeat(zero_row, 2 * _AROUND), near.ravel()))
+        around = clustered(lib.abs(response / slope)[:, None], width[:, None], lib.arange(1, _AROUND + 1) / _AROUND)
+        around = lib.where(width[:, None] > 0, lib.concatenate([-around, around], axis=1), 0.0)
+        least = offset[lib.searchsorted(row, zero_row, side="left")]
+        most = offset[lib.searchsorted(row, zero_row, side="right") - 1]
+        near = lib.clip(zero[:, None] + around, least[:, None], most[:, None])
+        row, offset = _merged((row, offset), (lib.repeat(zero_row, 2 * _AROUND), near.ravel()))
     breaks = [_zeros(curve, row, offset, function)[:2] for function in (_real_slope, half_turn_bend)]
     row, offset = _merged((row, offset), *breaks)
     return _ordered(curve, row, offset)
 
 
 def _ordered(curve: ReceptanceCurve, row: Int[AnyArray, " points"], offset: Float[AnyArray, " points"]) -> Stretches:
+    lib = namespace(row, offset)
     response, slope, _ = curve.at(row, offset)
     middle, _, _ = curve.at(row[1:], (offset[1:] + offset[:-1]) / 2)
     present = (row[1:] == row[:-1]) & (offset[1:] > offset[:-1]) & (middle.real < 0)
     points = (offset, turns_of(curve, response), half_turn_rate(response, slope), response.real)
     reverse = response.real[1:] < response.real[:-1]
-    low = [jnp.where(reverse, p[1:], p[:-1]) for p in points]
-    high = [jnp.where(reverse, p[:-1], p[1:]) for p in points]
+    low = [lib.where(reverse, p[1:], p[:-1]) for p in points]
+    high = [lib.where(reverse, p[:-1], p[1:]) for p in points]
     row = row[1:]
     if curve.open_ended:
         # Beyond the grid G tends to −Σφψ/ω²: where that is negative, Re G grows, and the phase with ωτ.
         last = [p[-1:] for p in points]
-        low = [jnp.concatenate(pair) for pair in zip(low, last, strict=True)]
-        last[0] = jnp.full_like(last[0], jnp.inf)
-        high = [jnp.concatenate(pair) for pair in zip(high, last, strict=True)]
-        row = jnp.concatenate([row, row[-1:]])
-        present = jnp.concatenate([present, response.real[-1:] < 0])
-    gain = cast(Array, jnp.where(present & (low[3] < 0), on_boundary(low[3]), jnp.inf))
-    order = jnp.argsort(gain)
+        low = [lib.concatenate(pair) for pair in zip(low, last, strict=True)]
+        last[0] = lib.full_like(last[0], lib.inf)
+        high = [lib.concatenate(pair) for pair in zip(high, last, strict=True)]
+        row = lib.concatenate([row, row[-1:]])
+        present = lib.concatenate([present, response.real[-1:] < 0])
+    gain: Any = lib.where(present & (low[3] < 0), on_boundary(low[3]), lib.inf)
+    order = lib.argsort(gain)
+    if lib is np:
+        order = order[: max(np.searchsorted(gain[order], np.inf), 1)]
     return Stretches(*(a[order] for a in (row, low[0], high[0], low[1], high[1], low[2], high[2], gain)))
 
 
@@ -88,30 +96,33 @@ def _zeros(
         Float[AnyArray, " points"],
     ],
 ) -> tuple[Int[AnyArray, " zeros"], Float[AnyArray, " zeros"], Float[AnyArray, " zeros"]]:
-    """Row, offset and interval width of the zeros of a function of (G, G′, G″); repeats of a grid point for none."""
-    sign = jnp.sign(function(*curve.at(row, offset)))
+    """Row, offset and interval width of the zeros of a function of (G, G′, G″); where JAX traces them, repeats of a
+    grid point for none.
+    """
+    lib = namespace(row, offset)
+    sign = lib.sign(function(*curve.at(row, offset)))
     change = (sign[1:] * sign[:-1] < 0) & (row[1:] == row[:-1])
-    where = jnp.flatnonzero(change, size=curve.most_breaks or change.shape[0], fill_value=0)
-    there, left, right, sign = row[where], offset[where], offset[where + 1], sign[where]
+    some = {} if lib is np else {"size": curve.most_breaks or change.shape[0], "fill_value": 0}
+    where = lib.flatnonzero(change, **some)
+    there, left, right = row[where], offset[where], offset[where + 1]
 
-    def halve(
-        _: Int[Array, ""], ends: tuple[Float[Array, " zeros"], Float[Array, " zeros"]]
-    ) -> tuple[Float[Array, " zeros"], Float[Array, " zeros"]]:
-        a, b = ends
-        middle = (a + b) / 2
-        before = jnp.sign(function(*curve.at(there, middle))) == sign
-        return jnp.where(before, middle, a), jnp.where(before, b, middle)
+    def value(row: Any, offset: Any) -> Any:
+        return function(*curve.at(row, offset))
 
-    a, _ = jax.lax.fori_loop(0, _HALVINGS, halve, (left, right))
+    def zero(*lane: Any) -> Any:
+        return sign_change(value, *lane)
+
     found = change[where]
-    return there, cast(Array, jnp.where(found, a, left)), jnp.where(found, right - left, 0.0)
+    a = (zero if lib is np else jax.vmap(zero))(there, left, right, found)
+    return there, a, lib.where(found, right - left, 0.0)
 
 
 def _merged(
     *points: tuple[Int[AnyArray, " _"], Float[AnyArray, " _"]],
 ) -> tuple[Int[AnyArray, " points"], Float[AnyArray, " points"]]:
-    row, offset = (jnp.concatenate(parts) for parts in zip(*points, strict=True))
-    order = jnp.lexsort((offset, row))
+    lib = namespace(points)
+    row, offset = (lib.concatenate(parts) for parts in zip(*points, strict=True))
+    order = lib.lexsort((offset, row))
     return row[order], offset[order]
 
 

@@ -198,13 +198,14 @@ class Varied:
         order = jnp.arange(1, jnp.shape(self.terms)[1] + 1)
         farthest = 2 * jnp.sum(jnp.linalg.norm(self.terms, axis=0) / (2 * jnp.pi * order)) / self.cycles
 
-        def missed(lag: Float[Array, ""]) -> tuple[Any, Any]:
+        def missed(at: tuple[Any, Any], lag: Float[Array, ""]) -> tuple[Any, Any]:
+            phase, share = at
             return self._turned_since(phase, lag) - share, self.pace(phase - lag)
 
         even = share / self.pace(phase)
         start = jnp.clip(even, share - farthest, share + farthest)
         tolerance = float(jnp.finfo(share.dtype).eps)
-        return bracketed_root(missed, share - farthest, share + farthest, True, start, tolerance)
+        return bracketed_root(missed, (phase, share), share - farthest, share + farthest, True, start, tolerance)
 
     def _turned_since(self, phase: Float[AnyArray, " *k"], lag: Float[AnyArray, " *k"]) -> Float[AnyArray, " *k"]:
         return lag + (self._ahead(phase) - self._ahead(phase - lag)) / self.cycles
