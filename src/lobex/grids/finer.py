@@ -34,11 +34,11 @@ def finer(
     Returns:
         Speeds, gains and growth of a grid that has the given one in it; bilinear in cells that were not in doubt.
     """
-    may = np.ones((len(speed) - 1, len(gain) - 1), dtype=bool)
+    may = None
     spent = 0
     for _ in range(_HALVINGS):
         size = pixels[0] / (len(speed) - 1), pixels[1] / (len(gain) - 1)
-        cells = doubtful(speed, gain, growth, max(size)) & may
+        cells = doubtful(speed, gain, growth, max(size), may)
         wanted = _new_points(cells)
         spent += len(wanted[0])
         if max(size) <= 1 or not cells.any() or spent > _MOST_POINTS:
@@ -50,29 +50,44 @@ def finer(
     return speed, gain, growth
 
 
-def doubtful(speed: np.ndarray, gain: np.ndarray, growth: np.ndarray, size: float) -> np.ndarray:
+def doubtful(
+    speed: np.ndarray, gain: np.ndarray, growth: np.ndarray, size: float, among: np.ndarray | None = None
+) -> np.ndarray:
     """Cells, (n - 1, m - 1), in which the line of growth zero is elsewhere than interpolation puts it, by more than one
-    of the ``size`` pixels of a cell, or may be without showing at the corners.
+    of the ``size`` pixels of a cell, or may be without showing at the corners; of those ``among`` alone, if given.
 
     Between its corners growth may differ from what interpolation says by half of what it bends there.
     """
-    corners = np.stack([growth[:-1, :-1], growth[1:, :-1], growth[:-1, 1:], growth[1:, 1:]])
-    across, along = _bend(speed, growth), _bend(gain, growth.T).T
-    off = np.maximum(across[:, :-1], across[:, 1:]) + np.maximum(along[:-1], along[1:])
-    least, most = corners.min(axis=0), corners.max(axis=0)
+    cells = np.zeros((len(speed) - 1, len(gain) - 1), dtype=bool)
+    row, column = (part.ravel() for part in np.indices(cells.shape)) if among is None else np.nonzero(among)
+    corners = [growth[row + i, column + j] for i in (0, 1) for j in (0, 1)]
+    least, most = np.minimum.reduce(corners), np.maximum.reduce(corners)
+    across, along = _bends(speed, growth, row, column), _bends(gain, growth.T, column, row)
+    off = np.maximum(*across) + np.maximum(*along)
     crossed = (least < 0) & (most > 0)
     hidden = ~crossed & (np.minimum(np.abs(least), np.abs(most)) < off)
-    return (off > _FLAT) & (hidden | (crossed & (off * size > most - least)))
+    cells[row, column] = (off > _FLAT) & (hidden | (crossed & (off * size > most - least)))
+    return cells
 
 
-def _bend(axis: np.ndarray, growth: np.ndarray) -> np.ndarray:
-    """Half of the change of slope at either end of a cell along the first axis, times the cell's width, (n - 1, m)."""
+def _bends(axis: np.ndarray, growth: np.ndarray, cell: np.ndarray, other: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Half of the change of slope at either end of cells (k,) along the first axis, times their width, on both of their
+    sides, (k,) each.
+    """
     if len(axis) < 3:
-        return np.zeros((len(axis) - 1, growth.shape[1]))
-    width = np.diff(axis)[:, None]
-    change = np.abs(np.diff(np.diff(growth, axis=0) / width, axis=0))
-    ends = np.concatenate([change[:1], change, change[-1:]])
-    return np.maximum(ends[:-1], ends[1:]) * width / 2
+        return np.zeros(len(cell)), np.zeros(len(cell))
+    width = np.diff(axis)
+    # Where the change of slope at either end is centred; at the ends of the axis the next one stands for it.
+    ends = [np.clip(end, 1, len(axis) - 2) for end in (cell, cell + 1)]
+
+    def side(column: np.ndarray) -> np.ndarray:
+        changes = []
+        for end in ends:
+            before, here, after = (growth[end + step, column] for step in (-1, 0, 1))
+            changes.append(np.abs((after - here) / width[end] - (here - before) / width[end - 1]))
+        return np.maximum(*changes) * width[cell] / 2
+
+    return side(other), side(other + 1)
 
 
 def halved(values: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float
 
 from lobex._namespace import namespace
 from lobex._roots import bracketed_root
-from lobex._shapes import AnyArray
+from lobex._shapes import AnyArray, Number
 from lobex.limits.phase import half_turn_rate, turns_of
 from lobex.limits.receptance_curve import ReceptanceCurve
 from lobex.limits.sections import on_boundary
@@ -19,7 +19,7 @@ _SPARE = 1.1
 
 
 def above(
-    curve: ReceptanceCurve, stretches: Stretches, speed: Float[AnyArray, " *lanes"], gain: Float[AnyArray, ""]
+    curve: ReceptanceCurve, stretches: Stretches, speed: Float[AnyArray, " *lanes"], gain: Number
 ) -> tuple[Stretches, Bool[AnyArray, " *lanes"]]:
     """The stretches with their parts of lower gain cut off, and whether no root is to the right at ``gain``.
 

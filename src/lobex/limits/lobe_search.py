@@ -137,7 +137,7 @@ def _solved(curve: ReceptanceCurve, stretch: Stretches, speed: Float[AnyArray, "
     length = last - first
     middle = first + lib.clip(ends.along / length, 0.01, 0.99) * length
     extreme = bracketed_root(
-        lambda given, x: phase(curve, *given, x)[1:],
+        lambda given, x: phase(curve, given[0], given[1], x)[1:],
         (speed, row),
         first,
         last,

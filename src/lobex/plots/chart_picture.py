@@ -80,7 +80,7 @@ def _about(pixels: float, axis: np.ndarray, growth: np.ndarray) -> tuple[np.ndar
     """A map along its first axis in cells of one to two pixels: more points between, or every second left out."""
     while 2 * len(axis) < pixels:
         axis, growth = halved(axis), halved(growth)
-    while len(axis) > 1.5 * pixels and len(axis) % 2:
+    while len(axis) > pixels and len(axis) % 2:
         axis, growth = axis[::2], growth[::2]
     return axis, growth
 

@@ -1,6 +1,8 @@
 """What all pictures share: whose axes they draw into, units, labels and legends."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,6 +13,8 @@ from lobex.processes.quantity import SPEED_UNITS, Quantity
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+_apart: ContextVar[bool] = ContextVar("apart", default=False)
+
 
 def one_of(ax: "Axes | None", width: float, height: float, **settings: Any) -> "Axes":
     """The axes given, or those of a new figure of so many inches.
@@ -18,11 +22,25 @@ def one_of(ax: "Axes | None", width: float, height: float, **settings: Any) -> "
     Raises:
         ValueError: for anything but axes.
     """
+    if ax is not None:
+        return _checked("ax", ax)
+    if _apart.get():
+        from matplotlib.figure import Figure
+
+        return Figure(figsize=(width, height), layout="constrained").subplots(**settings)
     import matplotlib.pyplot as plt
 
-    if ax is None:
-        return plt.subplots(figsize=(width, height), layout="constrained", **settings)[1]
-    return _checked("ax", ax)
+    return plt.subplots(figsize=(width, height), layout="constrained", **settings)[1]
+
+
+@contextmanager
+def apart_from_pyplot() -> Iterator[None]:
+    """Within, new figures are those of nobody's screen, and pyplot, which takes long to import, is not."""
+    token = _apart.set(True)
+    try:
+        yield
+    finally:
+        _apart.reset(token)
 
 
 def several_of(axes: Any, names: tuple[str, ...], make: "Callable[[], Any]") -> "list[Axes]":

@@ -2,10 +2,9 @@
 
 from typing import TYPE_CHECKING
 
-import matplotlib.pyplot as plt
 import numpy as np
 
-from lobex.plots.frame import gain_label, speed_axis
+from lobex.plots.frame import gain_label, one_of, speed_axis
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,8 +20,7 @@ def plot_section(chart: "Chart", ax: "Axes | None", speed_unit: str | None) -> "
     over_gain = len(chart.gain) > 1 or len(chart.speed) == 1
     x = chart.gain / chart.quantity.scale if over_gain else chart.speed * scale
     y = chart.spectral_radius.ravel()
-    if ax is None:
-        _, ax = plt.subplots(figsize=(7.0, 4.0), layout="constrained")
+    ax = one_of(ax, 7.0, 4.0)
     known = np.append(y[np.isfinite(y)], 1.0)
     margin = 0.1 * max(np.ptp(known), 1e-3)
     bottom, top = max(known.min() - margin, 0.0), known.max() + margin

@@ -194,11 +194,11 @@ class Varied:
         # One more step of Newton's method, by which derivatives come out right.
         return known - (self._turned_since(phase, known) - share) / jax.lax.stop_gradient(self.pace(phase - known))
 
-    def _since(self, phase: Float[Array, ""], share: Float[Array, ""]) -> Float[Array, ""]:
+    def _since(self, phase: Float[Array, ""], share: Float[Array, ""]) -> Float[AnyArray, ""]:
         order = jnp.arange(1, jnp.shape(self.terms)[1] + 1)
         farthest = 2 * jnp.sum(jnp.linalg.norm(self.terms, axis=0) / (2 * jnp.pi * order)) / self.cycles
 
-        def missed(at: tuple[Any, Any], lag: Float[Array, ""]) -> tuple[Any, Any]:
+        def missed(at: tuple[Any, Any], lag: Any) -> tuple[Any, Any]:
             phase, share = at
             return self._turned_since(phase, lag) - share, self.pace(phase - lag)
 

@@ -1,6 +1,7 @@
 """Pictures as bytes: all of a command's are drawn before its first file is written, so that they belong together."""
 
 import io
+import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -15,12 +16,15 @@ def drawn(plot: Callable[[], "Artist | Figure"]) -> bytes:
     """The figure that ``plot`` makes, or that its axes stand in, as a PNG."""
     import matplotlib
 
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
+    from lobex.plots.frame import apart_from_pyplot
 
-    made: Any = plot()
+    matplotlib.use("Agg")
+    with apart_from_pyplot():
+        made: Any = plot()
     figure = made if hasattr(made, "savefig") else made.figure
     stream = io.BytesIO()
     figure.savefig(stream, dpi=_RESOLUTION, format="png")
-    plt.close(figure)
+    # Some pictures are by pyplot, which keeps them.
+    if pyplot := sys.modules.get("matplotlib.pyplot"):
+        pyplot.close(figure)
     return stream.getvalue()
