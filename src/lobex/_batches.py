@@ -62,11 +62,12 @@ def side_by_side(work: Callable[[int], Result], count: int, first_alone: bool = 
             yield from pool.map(carried(part), range(alone, count))
 
 
-def in_chunks(function: Callable[[Int[Any, " _"]], Any], lanes: int, size: int) -> list[Any]:
-    """``function(numbers of lanes)`` for parts of ``size`` at most, of which the first, which is alone, is small."""
-    edges = [0, *range(-(-size // 4), lanes, size), lanes] if lanes > size else [0, lanes]
+def in_chunks(function: Callable[[Int[Any, " _"]], Any], lanes: int, size: int, first_alone: bool = True) -> list[Any]:
+    """``function(numbers of lanes)`` for parts of ``size`` at most, of which the first, if it is alone, is small."""
+    first = -(-size // 4) if first_alone else size
+    edges = [0, *range(first, lanes, size), lanes] if lanes > size else [0, lanes]
     numbers = [np.arange(*ends) for ends in pairwise(edges) if ends[1] > ends[0]]
-    return list(side_by_side(lambda part: function(numbers[part]), len(numbers)))
+    return list(side_by_side(lambda part: function(numbers[part]), len(numbers), first_alone))
 
 
 def in_batches(

@@ -19,7 +19,7 @@ from lobex.characteristic.open_loop import Open, weighted
 from lobex.characteristic.peaks import likely_roots
 
 # Every so many gains are looked at from scratch, and so many of their roots are followed upwards, and downwards.
-_STRIDE = 32
+STRIDE = 32
 _UPWARDS, _DOWNWARDS = 2, 1
 _SAME = 1e-6
 # Of Newton's.
@@ -45,12 +45,12 @@ def followed(
         gains: K.
     """
     count = len(gains)
-    coarse = np.unique(np.append(np.arange(0, count, _STRIDE), count - 1))
+    coarse = np.unique(np.append(np.arange(0, count, STRIDE), count - 1))
     lane, column = (a.ravel() for a in np.meshgrid(np.arange(lanes), coarse, indexing="ij"))
     begun = _begun(closed(lane, column)).reshape(lanes, len(coarse), _UPWARDS)
     hand: Any = np.full((lanes, count, _UPWARDS + _DOWNWARDS), np.nan + 0j)
     hand[:, coarse, :_UPWARDS] = begun
-    step = np.arange(_STRIDE)
+    step = np.arange(STRIDE)
     upwards, downwards = coarse[:-1, None] + step, coarse[1:, None] - step
     for path, starts, first in (
         (upwards, begun[:, :-1], 0),
@@ -59,7 +59,7 @@ def followed(
         path = np.clip(path, 0, count - 1)
         inside = (path > coarse[:-1, None]) & (path < coarse[1:, None])
         lane, way, which = np.nonzero(np.isfinite(starts))
-        roots = _follow_each(there, lane, gains[path[way]], starts[lane, way, which])
+        roots = follow_each(there, lane, gains[path[way]], starts[lane, way, which])
         place, along = np.nonzero(inside[way][:, 1:])
         hand[lane[place], path[way[place], along + 1], first + which[place]] = roots[place, along]
     return hand.real + 1j * np.abs(hand.imag)
@@ -84,7 +84,7 @@ def _begun(loops: Loops) -> Complex[Any, "l r"]:
     return np.take_along_axis(root, np.argsort(-real_or_less(root), axis=1)[:, :_UPWARDS], axis=1)
 
 
-def _follow_each(
+def follow_each(
     there: Open, lane: Int[Any, " k"], gains: Float[Any, "k g"], start: Complex[Any, " k"]
 ) -> Complex[Any, "k _"]:
     """Roots at gains (k, g), of one sign, from roots (k,) at the first of each row; (k, g), NaN where they were lost.

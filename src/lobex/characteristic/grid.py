@@ -15,6 +15,7 @@ from lobex.characteristic.lanes import LANES, take
 from lobex.characteristic.last_digits import polish
 from lobex.characteristic.loci import loci
 from lobex.characteristic.open_loop import Open
+from lobex.characteristic.rehearsal import rehearse
 from lobex.characteristic.several_delays import SeveralDelays
 
 # Every so many gains are looked at from scratch.
@@ -25,7 +26,7 @@ _KEPT = 2
 _GAINS = 64
 # From so many gains on whole strips of them are proven at once; speeds of a part, and parts.
 _MANY_GAINS, _MANY_POINTS = 64, 8192
-_FEWEST_SPEEDS, _PARTS, _MOST_POINTS = 16, 2.25, 2**17
+_FEWEST_SPEEDS, _PARTS, _MOST_POINTS = 16, 2, 2**17
 _GOLDEN = (5**0.5 - 1) / 2
 
 
@@ -108,12 +109,13 @@ def _by_strips(
         results = _polished(contact, row, gains[column], *found)
         root[index], error[index], proven[index] = results
 
-    in_chunks(work, shape[0], _speeds_of_a_part(shape))
+    rehearse(opened, closed(order[:1], np.zeros(1, dtype=int)), contact, gains)
+    in_chunks(work, shape[0], _speeds_of_a_part(shape), first_alone=False)
     return root, error, proven
 
 
 def _speeds_of_a_part(shape: tuple[int, int]) -> int:
-    """So that each of the threads has one part after the first, or more if they would become too large."""
+    """So that each of two threads has one part, or more if they would become too large."""
     return max(_FEWEST_SPEEDS, min(math.ceil(shape[0] / _PARTS), _MOST_POINTS // shape[1]))
 
 

@@ -60,11 +60,11 @@ def roots_beyond(loops: Loops, on_device: Any, lane: Int[Any, " k"], level: Floa
 
     def look(cells: Cells) -> Bool[Any, "c parts"]:
         arrays = lane[cells.line], level[cells.line], size[cells.line], cells.low, cells.high
-        code, turn, height = in_one_size(partial(_look, on_device), arrays)
+        code, turn, height = verdicts_of(on_device, *arrays)
         loud = np.nonzero(code == _LOUD)
         if len(loud[0]):
             line, low, high = cells.at(*loud)
-            (passed,) = in_one_size(partial(_passed, on_device), (lane[line], level[line], low, high))
+            (passed,) = passes_of(on_device, lane[line], level[line], low, high)
             np.add.at(number, line, 2 * passed)
             hit = np.flatnonzero(passed)
             line, low, high = line[hit], low[hit], high[hit]
@@ -75,6 +75,16 @@ def roots_beyond(loops: Loops, on_device: Any, lane: Int[Any, " k"], level: Floa
     with np.errstate(all="ignore"):
         decided = decide(first_cells(mine, level, np.exp(level)), look, len(lane))
     return Count(number, decided, _places(found, level, beyond_one))
+
+
+def verdicts_of(on_device: Any, *cells: Shaped[Any, "c ..."]) -> Any:
+    """As ``_look``, of any number of cells."""
+    return in_one_size(partial(_look, on_device), cells)
+
+
+def passes_of(on_device: Any, *cells: Shaped[Any, " c"]) -> Any:
+    """As ``_passed``, of any number of cells."""
+    return in_one_size(partial(_passed, on_device), cells)
 
 
 def response_of_loops(loops: Loops, z: Complex[Any, " l"]) -> Complex[Any, " l"]:

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple, cast
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Bool, Complex, Float, Int
+from jaxtyping import Array, Bool, Complex, Float, Int, Shaped
 
 from lobex._batches import in_one_size
 from lobex._compiled import compiled
@@ -60,19 +60,28 @@ def roots_over(
 
     def look(cells: Cells) -> Bool[Any, "c parts"]:
         line = cells.line
-        arrays = lane[line], level[line], low[line], high[line], cells.low, cells.high
-        (code,) = in_one_size(partial(_look, on_device), arrays)
+        (code,) = verdicts_over(on_device, lane[line], level[line], low[line], high[line], cells.low, cells.high)
         turning = np.nonzero(code >= _LOUD)
         if len(turning[0]):
             line, begin, end = cells.at(*turning)
-            arrays = lane[line], level[line], low[line], begin, end, code[turning] == _LOUD
-            (passed,) = in_one_size(partial(_passed, on_device), arrays)
+            loud = code[turning] == _LOUD
+            (passed,) = passes_over(on_device, lane[line], level[line], low[line], begin, end, loud)
             np.add.at(number, line, 2 * passed)
         return code == _SPLIT
 
     with np.errstate(all="ignore"):
         decided = decide(first_cells(mine.bounding(size), level, np.abs(low)), look, len(lane), _ROUNDS)
     return number, decided
+
+
+def verdicts_over(on_device: Open, *cells: Shaped[Any, "c ..."]) -> Any:
+    """As ``_look``, of any number of cells."""
+    return in_one_size(partial(_look, on_device), cells)
+
+
+def passes_over(on_device: Open, *cells: Shaped[Any, " c"]) -> Any:
+    """As ``_passed``, of any number of cells."""
+    return in_one_size(partial(_passed, on_device), cells)
 
 
 def _beyond(
