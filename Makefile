@@ -57,6 +57,7 @@ bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/growth_of_studies.py
 	$(BIN)/python benchmarks/sharing_of_studies.py
 	$(BIN)/python benchmarks/programs.py
+	$(BIN)/python benchmarks/first_answer.py
 	$(BIN)/python benchmarks/latency.py
 
 figures: $(VENV)/.package
