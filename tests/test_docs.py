@@ -84,6 +84,14 @@ CLAIMS = {
         and n["low"] < n["found"].gain < n["high"]
         and np.abs(n["multi_frequency"].gain / n["limit"].gain - 1).max() < 0.05
         and np.abs(n["zero_order"].gain / n["limit"].gain - 1).max() < 0.05
+        and np.abs(n["of_modes"].gain / n["searched"].gain - 1).max() < 1e-4
+        and np.abs(n["of_samples"].gain / n["searched"].gain - 1).max() < 0.04
+        and np.abs(lobex.zero_order_limit(n["fitted"], n["speed"]).gain / n["searched"].gain - 1)
+        == pytest.approx([0.02, 0.03], abs=0.005)
+        and n["of_modes"].band(n["fit"].relative_standard_deviation, n["fit"].correlation).relative
+        == pytest.approx(
+            n["searched"].band(n["fit"].relative_standard_deviation, n["fit"].correlation).relative, rel=1e-3
+        )
     ),
     "receptance.md": lambda n: n["off"].max() < 1e-4,
     "milling.md": lambda n: (

@@ -39,6 +39,11 @@ def compiled_quickly(function: Callable[..., Result]) -> Callable[..., Result]:
     return _told(function, QUICK)
 
 
+def compiled_quickly_for(*static: str) -> Callable[[Callable[..., Result]], Callable[..., Result]]:
+    """As ``compiled_quickly``, once for each value of the arguments of these names."""
+    return lambda function: _told(function, QUICK, static_argnames=static)
+
+
 def either_way(function: Callable[..., Result], *static: str) -> dict[bool, Callable[..., Result]]:
     """As ``compiled_for``, False, and as ``compiled_quickly``, True, of what is computed on many numbers or on few."""
     return {quick: _told(function, QUICK if quick else SHORT, static_argnames=static) for quick in (False, True)}

@@ -11,7 +11,7 @@ from lobex._timing import timed
 from lobex.limits.chattering_mode import no_labels
 from lobex.limits.eigenvalue_crossings import NEGATIVE, followed, lowest_on, regenerative
 from lobex.limits.receptance_matrix import MatrixCurve
-from lobex.limits.tooth_harmonics import ToothHarmonics, harmonics_of
+from lobex.limits.tooth_harmonics import ToothHarmonics, harmonics_of, orders_up_to
 from lobex.processes.milling import Milling
 from lobex.processes.plausible import warn_of_implausible
 from lobex.processes.process import check_process, check_speed
@@ -114,8 +114,7 @@ def _limit(process: Any, speed: Any, reach: tuple[Any] | None, method: str) -> L
         else:
             top = _reach(curve, reach[0])
             settings["reach"] = top / (2 * np.pi)
-            most = max(int(np.ceil(top / (2 * np.pi * float(passing.min())))), 1)
-            forces = harmonics_of(process, 2 * most)
+            forces = harmonics_of(process, len(orders_up_to(top, 2 * np.pi * float(passing.min()))))
             found = [_of_harmonics(curve, forces, 2 * np.pi * one, top) for one in passing]
     gain = np.array([one.gain if one else np.nan for one in found])
     missing = Status.BEYOND_THE_MEASURED_FREQUENCIES if measured else Status.NONE_IN_RANGE
@@ -217,11 +216,8 @@ def _along(curve: MatrixCurve) -> Float[np.ndarray, " k"]:
 
 def _of_harmonics(curve: MatrixCurve, forces: ToothHarmonics, passing: float, top: float) -> Found | None:
     """By the eigenvalues of all blocks H_{k−l} G(ω + lω_T), at one frequency of the period ω_T, rad/s."""
-    most = max(int(np.ceil(top / passing)), 1)
-    order = np.arange(-most, most)
-    apart = order[:, None] - order
-    r, known = curve.directions, forces.harmonics[:, np.abs(apart)]
-    coupling = np.where((apart < 0)[..., None, None], np.conj(known), known)
+    order = orders_up_to(top, passing)
+    r, coupling = curve.directions, forces.coupling(order)
 
     def matrix(omega: np.ndarray) -> np.ndarray:
         lines = omega[:, None] + order * passing

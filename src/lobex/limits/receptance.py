@@ -11,12 +11,12 @@ from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray, ArrayLike
 from lobex._warnings import warn
+from lobex.limits.cubics import Cubics, inverted
 from lobex.limits.measurement import MEASURED, as_receptance, suspicion
 from lobex.limits.sections import Sections, modal_response, sections_of
 from lobex.structures.modes import Modes
 
-# Samples that the slope of a measured curve is taken from, and parts that each of its intervals is searched in.
-_NEIGHBOURS = 5
+# Parts that each interval of a measured curve is searched in.
 _PARTS = 3
 
 
@@ -25,7 +25,7 @@ class Receptance:
     """A measured frequency response at the contact, displacement over force, used in place of modes.
 
     Between samples the dynamic stiffness 1/G is interpolated by piecewise cubics, with the slope at a sample
-    from the quartic through it and its four nearest neighbours (Hermite interpolation, error of order h⁴).
+    from the quartic through it and its four nearest neighbours (``Cubics``, error of order h⁴).
     Near a resonance 1/G is close to a parabola, so that it is followed even where a resonance holds
     only a few samples, and a stray sample changes the curve no further than three samples away. Noise is
     interpolated as it stands: smooth a noisy measurement first.
@@ -117,17 +117,9 @@ class SampledCurve:
     def __init__(self, source: Receptance) -> None:
         lib = namespace(source)
         self.knot = 2 * lib.pi * lib.asarray(source.frequency, dtype=lib.result_type(float))
-        stiffness = 1 / lib.asarray(source.response)
-        slope = slopes(self.knot, stiffness)
         self.anchor, self.step = self.knot[:-1], lib.diff(self.knot)
         self.rows = self.anchor.shape[0]
-        secant = lib.diff(stiffness) / self.step
-        self.coefficients = (
-            stiffness[:-1],
-            slope[:-1],
-            (3 * secant - 2 * slope[:-1] - slope[1:]) / self.step,
-            (slope[:-1] + slope[1:] - 2 * secant) / self.step**2,
-        )
+        self._stiffness = Cubics(self.knot, 1 / lib.asarray(source.response))
         self.turn = 0.0
         self.open_ended = False
         self.most_breaks = None
@@ -140,38 +132,12 @@ class SampledCurve:
     def at(
         self, row: Int[AnyArray, " *points"], offset: Float[AnyArray, " *points"]
     ) -> tuple[Complex[AnyArray, " *points"], Complex[AnyArray, " *points"], Complex[AnyArray, " *points"]]:
-        c0, c1, c2, c3 = (c[row] for c in self.coefficients)
-        inverse = 1 / (c0 + offset * (c1 + offset * (c2 + offset * c3)))
-        ratio = (c1 + offset * (2 * c2 + offset * 3 * c3)) * inverse
-        return inverse, -inverse * ratio, inverse * (2 * ratio**2 - (2 * c2 + 6 * offset * c3) * inverse)
+        return inverted(*self._stiffness.at(row, offset))
 
     def undamped_at(
         self, row: Int[AnyArray, " *points"], offset: Float[AnyArray, " *points"]
     ) -> Bool[AnyArray, " *points"]:
         return namespace(offset).zeros(np.shape(offset), dtype=bool)
-
-
-def slopes(knot: Real[AnyArray, " points"], value: Complex[AnyArray, " points"]) -> Complex[AnyArray, " points"]:
-    """Derivative at each knot of the polynomial through the (at most five) samples around it, (n,)."""
-    lib = namespace(knot, value)
-    count = knot.shape[0]
-    points = min(_NEIGHBOURS, count)
-    first = np.clip(np.arange(count) - points // 2, 0, count - points)
-    index = first[:, None] + np.arange(points)
-    own = np.arange(count) - first
-    x = (knot[index] - knot[:, None]) / (knot[index[:, -1]] - knot[index[:, 0]])[:, None]
-    # Differences of values and not values: the slope of a constant is exactly zero.
-    difference = value[index] - value[:, None]
-    total = lib.zeros_like(value)
-    for j in range(points):
-        others = [k for k in range(points) if k != j]
-        # The slope of Lagrange's polynomial j at a node that is not j: all factors but that of the node.
-        product = lib.ones_like(knot)
-        for k in others:
-            at_own = own == k
-            product = product * lib.where(at_own, 1.0, -x[:, k]) / (x[:, j] - x[:, k])
-        total = total + lib.where(own == j, 0.0, product) * difference[:, j]
-    return total / (knot[index[:, -1]] - knot[index[:, 0]])
 
 
 def _in_complex(response: Any) -> np.ndarray:

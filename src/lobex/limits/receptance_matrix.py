@@ -6,9 +6,11 @@ import numpy as np
 from jaxtyping import Complex, Float, Inexact, Real
 
 from lobex import _checks
+from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray
-from lobex.limits.receptance import Receptance, SampledCurve, slopes
+from lobex.limits.cubics import Cubics, inverted
+from lobex.limits.receptance import Receptance
 from lobex.limits.sections import Sections, modal_response
 from lobex.structures.modes import Modes
 
@@ -61,85 +63,80 @@ class ReceptanceMatrix:
 
 
 class MatrixCurve:
-    """G(ω) of modes or of samples, as a matrix of numbers.
+    """G(ω) of modes or of samples, as a matrix; of numbers, or of what JAX traces.
 
     Attributes:
         low, high: the band in which it is known, rad/s.
-        resonance: about where it is largest, rad/s.
     """
 
     def __init__(self, source: Modes | Receptance | ReceptanceMatrix) -> None:
         self.source, self.directions = source, source.directions
         if isinstance(source, Modes):
-            self._sections = _sections_of(source)
-            omega = np.asarray(source.angular_frequency, float)
-            self.low, self.high, self.resonance = 0.0, np.inf, np.sort(omega)
-            self.width = (np.asarray(source.damping_ratio, float) * omega)[np.argsort(omega)]
+            self._sections, self.low, self.high = _sections_of(source), 0.0, np.inf
             return
-        self.knot = 2 * np.pi * np.asarray(source.frequency, float)
-        self.low, self.high = float(self.knot[0]), float(self.knot[-1])
-        response = np.asarray(source.response, complex).reshape(len(self.knot), self.directions, self.directions)
-        self._static = np.real(response[:_FIRST]).mean(axis=0)
-        self._parts = [
-            [self._interpolated(response[:, i, j], i == j) for j in range(self.directions)]
-            for i in range(self.directions)
-        ]
+        lib = namespace(source)
+        self.knot = 2 * np.pi * lib.asarray(source.frequency, dtype=lib.result_type(float))
+        self.low, self.high = self.knot[0], self.knot[-1]
+        response = lib.asarray(source.response).reshape(len(self.knot), self.directions, self.directions)
+        self._static = lib.real(response[:_FIRST]).mean(axis=0)
+        self._crossed, self._driven = (
+            Cubics(self.knot, response),
+            Cubics(self.knot, 1 / lib.einsum("nii->ni", response)),
+        )
 
-    def __call__(self, omega: Float[np.ndarray, " *k"]) -> Complex[np.ndarray, "*k r r"]:
+    @property
+    def resonance(self) -> Float[np.ndarray, " n"]:
+        """Of modes, about where it is largest, rad/s, increasing."""
+        return np.sort(np.asarray(self._modes.angular_frequency, float))
+
+    @property
+    def width(self) -> Float[np.ndarray, " n"]:
+        """Half widths of these, rad/s."""
+        omega = np.asarray(self._modes.angular_frequency, float)
+        return (np.asarray(self._modes.damping_ratio, float) * omega)[np.argsort(omega)]
+
+    @property
+    def _modes(self) -> Any:
+        return self.source
+
+    def __call__(self, omega: Float[AnyArray, " *k"]) -> Complex[AnyArray, "*k r r"]:
         """G at frequencies of either sign, zero above the band, and below it the mean real part of its first lines."""
-        size = np.abs(omega)
-        found = self.with_slopes(size)[0]
-        if not isinstance(self.source, Modes):
-            found = np.where((size < self.low)[..., None, None], self._static, found)
-            found = np.where((size > self.high)[..., None, None], 0.0, found)
-        return np.where((omega < 0)[..., None, None], np.conj(found), found)
+        return self.with_slopes(omega)[0]
 
     def with_slopes(
-        self, omega: Float[np.ndarray, " *k"]
-    ) -> tuple[Complex[np.ndarray, "*k r r"], Complex[np.ndarray, "*k r r"], Complex[np.ndarray, "*k r r"]]:
-        """G and its first and second derivative by ω, at frequencies above zero within the band."""
+        self, omega: Float[AnyArray, " *k"]
+    ) -> tuple[Complex[AnyArray, "*k r r"], Complex[AnyArray, "*k r r"], Complex[AnyArray, "*k r r"]]:
+        """The same, and its first and second derivative by ω, which outside the band are zero."""
         if isinstance(self.source, Modes):
-            found: Any = modal_response(
-                self._sections, np.asarray(self._sections.angular_frequency) - omega[..., None], omega
-            )
+            natural = namespace(self.source, omega).asarray(self._sections.angular_frequency)
+            found: Any = modal_response(self._sections, natural - omega[..., None], omega)
             return found
-        row = np.clip(np.searchsorted(self.knot, omega, side="right") - 1, 0, len(self.knot) - 2)
-        offset = omega - self.knot[row]
-        each = [[part(row, offset) for part in line] for line in self._parts]
-        first, second, third = (
-            np.stack([np.stack([part[i] for part in line], axis=-1) for line in each], axis=-2) for i in range(3)
-        )
+        lib = namespace(self.source, omega)
+        size = lib.abs(omega)
+        row = lib.clip(lib.searchsorted(self.knot, size, side="right") - 1, 0, len(self.knot) - 2)
+        offset = size - self.knot[row]
+        crossed, driven = self._crossed.at(row, offset), inverted(*self._driven.at(row, offset))
+        below, above, backward = (part[..., None, None] for part in (size < self.low, size > self.high, omega < 0))
+        diagonal = np.eye(self.directions, dtype=bool)
+        kept: list[Any] = []
+        for number, static in enumerate((self._static, 0.0, 0.0)):
+            inside = lib.where(diagonal, driven[number][..., None], crossed[number])
+            known = lib.where(above, 0.0, lib.where(below, static, inside))
+            # G(−ω) is the conjugate.
+            kept.append(lib.where(backward, (-1) ** number * lib.conj(known), known))
+        first, second, third = kept
         return first, second, third
-
-    def _interpolated(self, values: Complex[np.ndarray, " n"], inverse: bool) -> Any:
-        """A function of row and offset, with its derivatives."""
-        if inverse:
-            return SampledCurve(Receptance(np.asarray(self.knot) / (2 * np.pi), values)).at
-        if not np.any(values):
-            return lambda row, offset: (np.zeros(np.shape(offset), complex),) * 3
-        step, slope = np.diff(self.knot), slopes(self.knot, values)
-        secant = np.diff(values) / step
-        square, cube = (3 * secant - 2 * slope[:-1] - slope[1:]) / step, (slope[:-1] + slope[1:] - 2 * secant) / step**2
-
-        def at(row: Any, x: Any) -> tuple[Any, Any, Any]:
-            first, second, third = slope[row], square[row], cube[row]
-            value = values[row] + x * (first + x * (second + x * third))
-            return value, first + x * (2 * second + x * 3 * third), 2 * second + x * 6 * third
-
-        return at
 
 
 def _sections_of(modes: Modes) -> Sections:
     """G of modes in all directions."""
-    shape, loading = np.asarray(modes.shape), np.asarray(modes.loading)
-    ratio = np.asarray(modes.damping_ratio)[:, None]
+    lib = namespace(modes)
+    shape, loading, omega = (lib.asarray(part) for part in (modes.shape, modes.loading, modes.angular_frequency))
+    ratio = lib.asarray(modes.damping_ratio)[:, None]
     seen, acting = (
-        np.zeros_like(shape) if side is None else np.asarray(side)
+        lib.zeros_like(shape) if side is None else lib.asarray(side)
         for side in (modes.quadrature, modes.force_quadrature)
     )
-    weight = np.einsum("ni,nj->nij", shape, loading + 2 * ratio * acting) - np.einsum("ni,nj->nij", seen, acting)
-    rate = np.einsum("ni,nj->nij", shape, acting) + np.einsum("ni,nj->nij", seen, loading)
-    omega = np.asarray(modes.angular_frequency)
-    return Sections(
-        omega, np.asarray(modes.damping_ratio), weight, rate / omega[:, None, None] if modes.complex else None
-    )
+    weight = lib.einsum("ni,nj->nij", shape, loading + 2 * ratio * acting) - lib.einsum("ni,nj->nij", seen, acting)
+    rate = lib.einsum("ni,nj->nij", shape, acting) + lib.einsum("ni,nj->nij", seen, loading)
+    return Sections(omega, modes.damping_ratio, weight, rate / omega[:, None, None] if modes.complex else None)

@@ -20,6 +20,8 @@ from lobex.limits.critical import critical_gain
 from lobex.limits.d_subdivision import limit_followed
 from lobex.limits.exact_limit import exact_limit
 from lobex.limits.growth import growth
+from lobex.limits.loop_of_teeth import ALL, MEAN
+from lobex.limits.loop_sensitivity import of_teeth
 from lobex.limits.parameters import in_rows, number_names, number_values
 from lobex.operators.operator import Method
 from lobex.processes.process import Process, check_process
@@ -105,21 +107,15 @@ def sensitivities_of(limit: Limit) -> Sensitivities:
     """The sensitivities of a limit to the numbers of its process, which is made again from its description.
 
     Raises:
-        ValueError: for a limit whose process is not one of lobex's own, or was traced, and one of the mean force or of
-            harmonics.
+        ValueError: for a limit whose process is not one of lobex's own, or was traced.
     """
-    process, method = rebuild(limit.process), limit.method["type"]
-    if method in ("ZeroOrder", "MultiFrequency"):
-        raise ValueError(
-            f"limit was found by {method}, of which no sensitivities are known; give that of critical_gain, with modes "
-            "fitted by Frf.modes in the place of a measurement"
-        )
-    closed = method == _CLOSED_FORM
-    return at_limit(limit, _itself, process, None if closed else operator_of(rebuild(limit.method)))
+    process = rebuild(limit.process)
+    by_form = limit.method["type"] in (_CLOSED_FORM, MEAN, ALL)
+    return at_limit(limit, _itself, process, None if by_form else operator_of(rebuild(limit.method)))
 
 
 def at_limit(limit: Limit, build: Builder, parameters: Any, method: Method | None) -> Sensitivities:
-    """The sensitivities at limits already found: in closed form, or with the method that found them."""
+    """The sensitivities at limits already found: of the equations that found them, or of a method's operator."""
     found = np.flatnonzero(np.isfinite(limit.gain))
     names = (*number_names(parameters), "speed")
     speed, gain = limit.speed[found], np.asarray(limit.gain)[found]
@@ -128,7 +124,9 @@ def at_limit(limit: Limit, build: Builder, parameters: Any, method: Method | Non
     derivative = np.full((len(limit.speed), len(names)), np.nan)
     with at_once():
         wide = widened(parameters)
-        if found.size and method is None and any(map(is_measured, _leaves(build(wide)))):
+        if found.size and limit.method["type"] in (MEAN, ALL):
+            derivative[found] = of_teeth(limit, build, wide)
+        elif found.size and method is None and any(map(is_measured, _leaves(build(wide)))):
             omega = 2 * np.pi * np.asarray(limit.chatter_frequency)[found]
             derivative[found] = in_batches(partial(_of_samples, build, wide), (speed, omega))
         elif found.size and method is None:

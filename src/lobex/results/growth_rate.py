@@ -26,7 +26,7 @@ class GrowthRate:
         drift: d ln ω/d ln K there, (n,): how the chatter frequency moves with the gain.
         error: of ``rate``, (n,), 1/s: of a measurement, what taking every second line alone changes; of modes,
             rounding.
-        delay: τ between two passes, (n,), s.
+        delay: τ between two passes, (n,), s; of teeth at unequal angles the mean.
     """
 
     limit: Limit

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from lobex.results.band import Band
     from lobex.results.growth_rate import GrowthRate
+    from lobex.results.sensitivities import Sensitivities
 
 
 class Limit(OfProcess, form="lobex limit 3"):
@@ -119,6 +120,18 @@ class Limit(OfProcess, form="lobex limit 3"):
                 lines.insert(4, f"  estimated error  {worst:.1e} relative, at most")
         return "\n".join(lines)
 
+    def sensitivities(self) -> "Sensitivities":
+        """How much the limit moves with each number of its process, d ln K/d ln p, as ``lobex.sensitivities`` tells it.
+
+        Of limits of every verb, those of ``zero_order_limit`` and ``multi_frequency_limit`` too: of the equations that
+        these solve, with the harmonics that are kept, so that samples of a measurement have theirs.
+
+        Raises:
+            ValueError: for a limit that does not tell its process (found under ``jit`` or ``grad``, or of a class that
+                is not lobex's own).
+        """
+        return by_name("limits.sensitivity.sensitivities_of")(self)
+
     def band(self, relative_standard_deviation: Mapping[str, float], correlation: Any = None) -> "Band":
         """The first-order uncertainty of the limit for uncertain numbers of its process.
 
@@ -136,14 +149,15 @@ class Limit(OfProcess, form="lobex limit 3"):
             ValueError: for unknown names, negative standard deviations, what is no correlation, and a limit that does
                 not tell its process (found under ``jit`` or ``grad``, or of a class that is not lobex's own).
         """
-        return by_name("limits.sensitivity.sensitivities_of")(self).band(relative_standard_deviation, correlation)
+        return self.sensitivities().band(relative_standard_deviation, correlation)
 
     def growth(self) -> "GrowthRate":
-        """How fast the vibration grows above the limit, and dies out below it, from the frequency response alone.
+        """How fast the vibration grows above the limit, and dies out below it, from frequency responses alone.
 
-        For limits of one frequency response, of modes or measured: those of ``exact_limit`` with one contact, and of
-        ``zero_order_limit``. The root iω of 1 + K G(s) (1 − e^{−sτ}) moves by ds/d ln K = −1/(G′/G + τ/(e^{sτ} − 1)),
-        with the derivative of G by s from that along the frequency axis; a second derivative tells how far that holds.
+        For limits of one frequency response, of modes or measured, those of ``exact_limit`` with one contact, and for
+        those of ``zero_order_limit`` and ``multi_frequency_limit``. The root iω of 1 + K L(s) moves by
+        ds/d ln K = −L/L′, with the loop L = G(s) (1 − e^{−sτ}), or the eigenvalue of it that is −1/K, whose derivative
+        by s is from that of the responses along the frequency axis; a second derivative tells how far that holds.
 
         Raises:
             ValueError: for other limits, such as those of ``critical_gain``, and one that does not tell its process.
