@@ -103,7 +103,7 @@ def test_wear_maps_over_casing_and_law(wear):
     one = study.at({"casing.amplitude": 2e-4, "law.stiffness": 4e6})
     np.testing.assert_array_equal(one.depth, alone.depth)
     np.testing.assert_array_equal(one.displacement, alone.displacement)
-    assert study["depth"].dims == ("casing.amplitude", "law.stiffness", "lane", "angle")
+    assert study["depth"].dims == ("casing.amplitude", "law.stiffness", "speed", "angle")
     # The casing before wear differs from one amplitude to the other and not by the law.
     unworn = study["unworn"].to_numpy()
     assert unworn[1] == pytest.approx(2 * unworn[0], rel=1e-12)

@@ -364,7 +364,7 @@ def test_saving_and_loading_returns_the_same_map(tmp_path):
     again = lobex.load(tmp_path / "wear.nc")
     assert_same_fields(again, result)
     with xarray.open_dataset(tmp_path / "wear.nc", engine="h5netcdf") as data:
-        assert data["depth"].dims == ("lane", "angle")
+        assert data["depth"].dims == ("speed", "angle")
         assert data["depth"].attrs["units"] == "m"
         assert data["speed"].to_numpy().tolist() == SPEEDS.tolist()
     assert float(result.to_xarray()["depth"][2, 5]) == result.depth[2, 5]

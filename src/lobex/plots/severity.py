@@ -103,4 +103,4 @@ def _over_lanes(study: Study, of: str) -> Any:
     for dim in ("contact", "track"):
         if dim in values.dims:
             values = values.max(dim) if of == "amplitude" else values.sum(dim)
-    return values.transpose("casing.amplitude", "lane").to_numpy()
+    return values.transpose("casing.amplitude", "speed").to_numpy()

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-class BladingWear(OfWear, form="lobex blading wear 1"):
+class BladingWear(OfWear, form="lobex blading wear 2"):
     """What rubbing blades left of their casing, and how each of them moved, over n lanes of speeds.
 
     Contacts are those of the first blade, of the second, and so on, C in all. Lanes that blew up are NaN in every array
@@ -46,24 +46,26 @@ class BladingWear(OfWear, form="lobex blading wear 1"):
         Array("contact", "angle at which the contact begins", "rad", name="place_of_contact", known=True)
     )
     unworn: np.ndarray = field(Array("track angle", "profile before wear", "m"))
-    depth: np.ndarray = field(Array("lane track angle", "depth removed", "m"))
-    wear: np.ndarray = field(Array("lane track revolution", "cross-section removed", "m2"))
-    displacement: np.ndarray = field(Array("lane contact sample", "displacement of the tip", "m"))
-    amplitude: np.ndarray = field(Array("lane contact revolution", "largest displacement of the tip", "m"))
-    casing_amplitude: np.ndarray = field(Array("lane contact revolution", "largest displacement of the casing", "m"))
-    contact: np.ndarray = field(Array("lane contact revolution", "share of time in contact", "1", name="contact_share"))
-    force: np.ndarray = field(Array("lane contact revolution", "largest contact force", "N"))
-    input_energy: np.ndarray = field(Array("lane contact revolution", "work of the contact that drives the tip", "J"))
-    removal_energy: np.ndarray = field(Array("lane contact revolution", "work of the tip on the coating", "J"))
-    friction_energy: np.ndarray = field(Array("lane contact revolution", "work of the tip against friction", "J"))
-    damping_energy: np.ndarray = field(Array("lane blade revolution", "energy lost in damping", "J"))
-    stored_energy: np.ndarray = field(Array("lane blade revolution", "kinetic and strain energy at the end", "J"))
-    speeding_energy: np.ndarray = field(Array("lane blade revolution", "energy gained by a change of speed", "J"))
-    casing_damping_energy: np.ndarray = field(Array("lane revolution", "energy lost in the casing's damping", "J"))
-    casing_stored_energy: np.ndarray = field(Array("lane revolution", "energy of the casing at the end", "J"))
-    casing_speeding_energy: np.ndarray = field(Array("lane revolution", "energy that the casing gained", "J"))
-    watched: np.ndarray = field(Array("lane blade output sample", "what is watched"))
-    watched_amplitude: np.ndarray = field(Array("lane blade output revolution", "largest of what is watched"))
+    depth: np.ndarray = field(Array("speed track angle", "depth removed", "m"))
+    wear: np.ndarray = field(Array("speed track revolution", "cross-section removed", "m2"))
+    displacement: np.ndarray = field(Array("speed contact sample", "displacement of the tip", "m"))
+    amplitude: np.ndarray = field(Array("speed contact revolution", "largest displacement of the tip", "m"))
+    casing_amplitude: np.ndarray = field(Array("speed contact revolution", "largest displacement of the casing", "m"))
+    contact: np.ndarray = field(
+        Array("speed contact revolution", "share of time in contact", "1", name="contact_share")
+    )
+    force: np.ndarray = field(Array("speed contact revolution", "largest contact force", "N"))
+    input_energy: np.ndarray = field(Array("speed contact revolution", "work of the contact that drives the tip", "J"))
+    removal_energy: np.ndarray = field(Array("speed contact revolution", "work of the tip on the coating", "J"))
+    friction_energy: np.ndarray = field(Array("speed contact revolution", "work of the tip against friction", "J"))
+    damping_energy: np.ndarray = field(Array("speed blade revolution", "energy lost in damping", "J"))
+    stored_energy: np.ndarray = field(Array("speed blade revolution", "kinetic and strain energy at the end", "J"))
+    speeding_energy: np.ndarray = field(Array("speed blade revolution", "energy gained by a change of speed", "J"))
+    casing_damping_energy: np.ndarray = field(Array("speed revolution", "energy lost in the casing's damping", "J"))
+    casing_stored_energy: np.ndarray = field(Array("speed revolution", "energy of the casing at the end", "J"))
+    casing_speeding_energy: np.ndarray = field(Array("speed revolution", "energy that the casing gained", "J"))
+    watched: np.ndarray = field(Array("speed blade output sample", "what is watched"))
+    watched_amplitude: np.ndarray = field(Array("speed blade output revolution", "largest of what is watched"))
 
     @property
     def blades(self) -> int:

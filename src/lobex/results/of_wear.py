@@ -12,9 +12,9 @@ from lobex.results.result import Result
 class OfWear(Result):
     """What a wear march over n lanes of speeds leaves; see ``WearMap`` and ``BladingWear``."""
 
-    speed: np.ndarray = field(Coordinate("lane", "rotational frequency", "Hz"))
+    speed: np.ndarray = field(Coordinate("speed", "rotational frequency", "Hz"))
     speed_history: np.ndarray = field(
-        Array("lane revolution", "rotational frequency of every revolution", "Hz", known=True)
+        Array("speed revolution", "rotational frequency of every revolution", "Hz", known=True)
     )
     angle: np.ndarray = field(Coordinate("angle", "casing position", "rad", increasing=True))
     samples_per_revolution: int

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from lobex.results.spectrum_map import SpectrumMap
 
 
-class WearMap(OfWear, form="lobex wear map 3"):
+class WearMap(OfWear, form="lobex wear map 4"):
     """What a rubbing blade left of its casing, and how it moved, over n lanes of speeds.
 
     Lanes that blew up are NaN in every array but the speeds.
@@ -56,21 +56,21 @@ class WearMap(OfWear, form="lobex wear map 3"):
     """
 
     unworn: np.ndarray = field(Array("angle", "profile before wear", "m"))
-    depth: np.ndarray = field(Array("lane angle", "depth removed", "m"))
-    wear: np.ndarray = field(Array("lane revolution", "cross-section removed", "m2"))
-    displacement: np.ndarray = field(Array("lane sample", "displacement of the tip", "m"))
-    amplitude: np.ndarray = field(Array("lane revolution", "largest displacement of the tip", "m"))
-    casing_amplitude: np.ndarray = field(Array("lane revolution", "largest displacement of the casing", "m"))
-    contact: np.ndarray = field(Array("lane revolution", "share of time in contact", "1"))
-    force: np.ndarray = field(Array("lane revolution", "largest contact force", "N"))
-    input_energy: np.ndarray = field(Array("lane revolution", "work of the contact that drives the tip back", "J"))
-    removal_energy: np.ndarray = field(Array("lane revolution", "work of the tip on the coating", "J"))
-    friction_energy: np.ndarray = field(Array("lane revolution", "work of the tip against friction", "J"))
-    damping_energy: np.ndarray = field(Array("lane revolution", "energy lost in damping", "J"))
-    stored_energy: np.ndarray = field(Array("lane revolution", "kinetic and strain energy at the end", "J"))
-    speeding_energy: np.ndarray = field(Array("lane revolution", "energy gained by a change of speed", "J"))
-    watched: np.ndarray = field(Array("lane output sample", "what is watched"))
-    watched_amplitude: np.ndarray = field(Array("lane output revolution", "largest of what is watched"))
+    depth: np.ndarray = field(Array("speed angle", "depth removed", "m"))
+    wear: np.ndarray = field(Array("speed revolution", "cross-section removed", "m2"))
+    displacement: np.ndarray = field(Array("speed sample", "displacement of the tip", "m"))
+    amplitude: np.ndarray = field(Array("speed revolution", "largest displacement of the tip", "m"))
+    casing_amplitude: np.ndarray = field(Array("speed revolution", "largest displacement of the casing", "m"))
+    contact: np.ndarray = field(Array("speed revolution", "share of time in contact", "1"))
+    force: np.ndarray = field(Array("speed revolution", "largest contact force", "N"))
+    input_energy: np.ndarray = field(Array("speed revolution", "work of the contact that drives the tip back", "J"))
+    removal_energy: np.ndarray = field(Array("speed revolution", "work of the tip on the coating", "J"))
+    friction_energy: np.ndarray = field(Array("speed revolution", "work of the tip against friction", "J"))
+    damping_energy: np.ndarray = field(Array("speed revolution", "energy lost in damping", "J"))
+    stored_energy: np.ndarray = field(Array("speed revolution", "kinetic and strain energy at the end", "J"))
+    speeding_energy: np.ndarray = field(Array("speed revolution", "energy gained by a change of speed", "J"))
+    watched: np.ndarray = field(Array("speed output sample", "what is watched"))
+    watched_amplitude: np.ndarray = field(Array("speed output revolution", "largest of what is watched"))
 
     @property
     def profile(self) -> np.ndarray:

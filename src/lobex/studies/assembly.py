@@ -26,12 +26,11 @@ def assembled(verb: str, plan: Plan, speed: np.ndarray, read: Read) -> xarray.Da
     Args:
         verb: what the study is by.
         plan: how it is cut into chunks.
-        speed: of every lane, Hz, (lanes,), or (lanes, revolutions), of which the first count.
+        speed: of every lane, Hz, (lanes,), or of a wear march whose speeds change (lanes, revolutions), of which the
+            first count.
         read: a chunk by its number; the first is read at once, the others when they are asked for.
     """
-    first, axes = read(0), tuple(plan.axes)
-    # The lanes of a wear march may change their speeds.
-    along = "lane" if "lane" in first.sizes else "speed"
+    first, axes, along = read(0), tuple(plan.axes), "speed"
     whole = (*shape_of(plan.axes), plan.blocks)
     lanes = tuple(part.stop - part.start for _, part in map(plan.chunk, range(plan.blocks)))
     from dask import array
