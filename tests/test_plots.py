@@ -119,3 +119,22 @@ def test_ax_and_axes_at_once_and_a_label_alone_are_refused():
             plot(panels[0], axes=panels)
         with pytest.raises(ValueError, match="label = 'a' names one of several"):
             plot(label="a")
+
+
+@pytest.mark.parametrize("speeds", [(30.0, 400.0), (60.0, 130.0)])
+@pytest.mark.parametrize("uncertain", [0.0, 0.02])
+def test_lobe_numbers_keep_off_the_axis_the_band_and_each_other(speeds, uncertain):
+    limit = lobex.exact_limit(lobex.Rub(lobex.Rod(5).modes(0.03)), np.linspace(*speeds, 300))
+    band = limit.band({"modes.angular_frequency": uncertain, "modes.damping_ratio": 5 * uncertain})
+    figure = band.plot() if uncertain else limit.plot()
+    figure.canvas.draw()
+    axes = figure.axes[0]
+    boxes = [text.get_window_extent() for text in axes.texts]
+    assert len(boxes) > 2
+    assert not any(one.overlaps(other) for i, one in enumerate(boxes) for other in boxes[:i])
+    low, high = (edge / limit.quantity.scale for edge in band.interval(2.0))
+    for box in boxes:
+        assert axes.bbox.y0 < box.y0 < box.y1 < axes.bbox.y1
+        inside = axes.transData.inverted().transform(box)
+        there = (limit.speed >= inside[0, 0]) & (limit.speed <= inside[1, 0])
+        assert np.all(low[there] > inside[1, 1]) or np.all(high[there] < inside[0, 1])

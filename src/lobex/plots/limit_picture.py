@@ -23,6 +23,8 @@ LABELLED = ("#12436d", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00", "#
 _MARKER = {Kind.HOPF: "o", Kind.FLIP: "s", Kind.FOLD: "^"}
 STABLE = "#d6e6f2"
 BAND = "#e0a458"
+# Of the lobes' numbers and what they keep off, points.
+_TEXT, _GAP = 8.0, 4.0
 
 Band = tuple[np.ndarray, np.ndarray, str]
 
@@ -52,7 +54,6 @@ def _panels_of(limit: "Limit", axes: Any, speed_unit: str | None, band: Band | N
         lower.plot(speed[here], frequency[here], **style)
     for start, stop in _broken(limit.lobe[order], kinds):
         lower.plot(speed[start:stop], frequency[start:stop], color="0.25", linewidth=0.6)
-    _number_lobes(upper, speed, gain, limit.lobe[order])
     top = limit.bounds[1] / limit.quantity.scale
     if np.isfinite(gain).any():
         # A band of first order shoots up beside a cusp; the limit is what must be seen.
@@ -61,6 +62,8 @@ def _panels_of(limit: "Limit", axes: Any, speed_unit: str | None, band: Band | N
     if len(speed) > 1:
         for ax in (upper, lower):
             ax.set_xlim(speed[0], speed[-1])
+    edges = (gain, gain) if band is None else [edge[order] / limit.quantity.scale for edge in band[:2]]
+    _number_lobes(upper, speed, gain, limit.lobe[order], *edges)
     upper.set_ylabel(gain_label(limit.quantity))
     lower.set_ylabel(frequency_label(limit.speed_unit))
     lower.set_xlabel(label)
@@ -160,23 +163,36 @@ def _broken(lobe: np.ndarray, kind: np.ndarray) -> list[tuple[int, int]]:
     return [(a, b) for a, b in itertools.pairwise(ends) if lobe[a] >= 0]
 
 
-def _number_lobes(axes: "Axes", speed: np.ndarray, gain: np.ndarray, lobe: np.ndarray) -> None:
-    """Write each lobe's number under its lowest point, where there is room."""
+def _number_lobes(
+    axes: "Axes", speed: np.ndarray, gain: np.ndarray, lobe: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> None:
+    """Write each lobe's number under its lowest point and what is shaded there, or where that leaves no room above the
+    axis, over it; none where it would lie on another.
+    """
     if len(speed) < 2:
         return
+    points = 72 / axes.figure.dpi * np.array([axes.bbox.width, axes.bbox.height])
     span, last = speed[-1] - speed[0], -np.inf
+    bottom, top = axes.get_ylim()
+    # A line of text with the gap before it, in units of the gain.
+    need = (_GAP + 1.2 * _TEXT) / points[1] * (top - bottom)
     for number in sorted(set(lobe[lobe >= 0].tolist()), reverse=True):
         here = np.flatnonzero((lobe == number) & np.isfinite(gain))
         lowest = here[np.argmin(gain[here])]
+        width = 0.7 * _TEXT * len(str(number)) / points[0] * span
         interior = 0.01 * span < speed[lowest] - speed[0] < 0.99 * span
-        if interior and speed[lowest] - last > 0.025 * span:
-            last = speed[lowest]
-            axes.annotate(
-                str(number),
-                (speed[lowest], gain[lowest]),
-                xytext=(0, -4),
-                textcoords="offset points",
-                ha="center",
-                va="top",
-                fontsize="small",
-            )
+        beside = np.abs(speed - speed[lowest]) <= 0.7 * width
+        lower, upper = np.fmin.reduce(low[beside]), np.fmax.reduce(high[beside])
+        under = lower - bottom > need
+        if not interior or speed[lowest] - last < 1.5 * width or not (under or top - upper > need):
+            continue
+        last = speed[lowest]
+        axes.annotate(
+            str(number),
+            (speed[lowest], lower if under else upper),
+            xytext=(0, -_GAP if under else _GAP),
+            textcoords="offset points",
+            ha="center",
+            va="top" if under else "bottom",
+            fontsize=_TEXT,
+        )
