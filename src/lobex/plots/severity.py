@@ -71,6 +71,9 @@ def severity(
     ax.figure.colorbar(mesh, ax=ax, pad=0.02).set_label(f"{name} ({unit})")
     ax.set_xlabel("rotational frequency (Hz)")
     ax.set_ylabel("initial penetration (µm)")
+    if depth.min() >= 0:
+        # Half a cell of the first one lies below.
+        ax.set_ylim(bottom=max(0.0, ax.get_ylim()[0]))
     if limit is not None and stiffness is not None:
         _checks.positive("stiffness", stiffness, "N/m")
         along = np.argsort(limit.speed)
