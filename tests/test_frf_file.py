@@ -200,6 +200,20 @@ REFUSED = {
         {},
         "has real and no other part",
     ),
+    "a chart": (
+        "a.csv",
+        table(FREQUENCY, POINT.real, POINT.imag, head="speed_Hz,multiplier_real,multiplier_imag\n"),
+        {},
+        "holds no frequency response but a table over speeds, such as that of a chart, a limit or a list of cuts",
+    ),
+    "another table": (
+        "a.csv",
+        table(*PARTS, head="time [s],x [m],y [m]\n"),
+        {},
+        "is not seen to hold a frequency response, which takes a column of frequencies and two of a response: its "
+        "columns are 'time [s]', 'x [m]', 'y [m]'; give columns=",
+    ),
+    "a result": ("a.csv", b"\x89HDF\r\n\x1a\n" + bytes(100), {}, "such as of a result, which lobex.load reads, and no"),
     "cut short": ("a.csv", "".join(ROWS)[:-18], {}, f"line {len(ROWS)}: 2 numbers, where other lines have 3"),
     "a frequency twice": ("a.csv", ROWS[0] + ROWS[1] + "".join(ROWS[1:]), {}, "has 50 Hz in several lines"),
     "gaps": ("a.csv", table(FREQUENCY, POINT.real * np.nan, POINT.imag, head=HEAD), {}, "no number in 460 of its 460"),
@@ -224,6 +238,17 @@ def test_what_is_damaged_is_refused_in_a_line_that_says_what_to_do(kind, file):
     path = file(name, content)
     with refused(words):
         lobex.read_frf(path, **arguments)
+
+
+def test_what_lobex_writes_is_no_frequency_response(tmp_path):
+    rub = lobex.Rub(lobex.Rod(1).modes())
+    limit, chart = lobex.exact_limit(rub, [80.0, 90.0, 100.0]), lobex.sweep(rub, [80.0, 90.0], [1e5, 1e6])
+    for result, name in ((limit, "limit"), (chart, "chart")):
+        for ending in ("csv", "nc"):
+            result.save(tmp_path / f"{name}.{ending}")
+            words = "table over speeds, such as that of a chart" if ending == "csv" else "which lobex.load reads"
+            with refused(words):
+                lobex.read_frf(tmp_path / f"{name}.{ending}")
 
 
 def test_a_file_that_could_run_code_is_not_opened(tmp_path):

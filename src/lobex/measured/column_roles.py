@@ -91,11 +91,28 @@ def _words_of(column: Column, table: TextTable) -> list[str]:
     return words if any(frequency_scale(word) for word in words) else [*table.words.split()]
 
 
+def refuse_speeds(text: str, path: Path) -> None:
+    """Say of a table whose head begins with speeds that it is none of frequency responses."""
+    head = next((line.strip() for line in text.splitlines() if line.strip()), "")
+    if re.match(r"[\W_]*(speed|rpm)(?![a-z])", head, re.IGNORECASE):
+        raise ValueError(
+            f"path = {str(path)!r} holds no frequency response but a table over speeds, such as that of a chart, a "
+            f"limit or a list of cuts: it begins with {head[:_LONGEST]!r}; give the file of a measurement, or columns="
+        )
+
+
 def _of_head(table: TextTable, path: Path) -> list[Column]:
     count = table.numbers.shape[1]
     if not table.head:
         raise ValueError(f"path = {str(path)!r} has no head that says what its {count} columns are; {_remedy(count)}")
     found = [_column(name) for name in table.head]
+    roles = {column.role for column in found}
+    shown = ", ".join(repr(name[:_LONGEST]) for name in table.head[:_SHOWN]) + (", …" if count > _SHOWN else "")
+    if "frequency" not in roles or not roles & {part for pair in _PAIRS for part in pair}:
+        raise ValueError(
+            f"path = {str(path)!r} is not seen to hold a frequency response, which takes a column of frequencies and "
+            f"two of a response: its columns are {shown}; {_remedy(count)}, or the file of a measurement"
+        )
     for name, column in zip(table.head, found, strict=True):
         if column.role == "":
             raise ValueError(

@@ -10,7 +10,7 @@ from lobex import _checks
 from lobex._warnings import warn
 from lobex.limits.measurement import NO_DRIVING_POINT, as_receptance, named, oddity, other_reading
 from lobex.measured.array_files import arrays_of
-from lobex.measured.column_roles import samples_of
+from lobex.measured.column_roles import refuse_speeds, samples_of
 from lobex.measured.frf import Frf, names_of
 from lobex.measured.named_arrays import samples_of_arrays
 from lobex.measured.response_units import ResponseUnit, check_frequency_unit, check_response_unit, with_measured
@@ -20,6 +20,8 @@ from lobex.measured.text_table import existing_file, read_text, table_of
 _UNIVERSAL = (".uff", ".unv", ".ufb", ".uf", ".bunv")
 _ARRAYS = (".npz", ".npy", ".mat")
 _BEGINS = b"    -1"
+# Of HDF5, and so of the results that lobex saves.
+_HDF5 = b"\x89HDF\r\n\x1a\n"
 # Of CutPro, whose three columns are frequency, real and imaginary part.
 _CUTPRO, _CUTPRO_UNIT = ".frf", "m/N"
 _SHARE = 0.5
@@ -100,7 +102,13 @@ def _samples(path: Path, columns: Any) -> Samples:
     if ending in _ARRAYS:
         return samples_of_arrays(arrays_of(path), columns, path)
     with open(path, "rb") as file:
-        universal = file.read(len(_BEGINS)) == _BEGINS
+        start = file.read(len(_HDF5))
+    if start == _HDF5:
+        raise ValueError(
+            f"path = {str(path)!r} is an HDF5 file, such as of a result, which lobex.load reads, and no frequency "
+            "response; give the file of a measurement, with the ending that its format has"
+        )
+    universal = start.startswith(_BEGINS)
     if ending in _UNIVERSAL or universal:
         if path.stat().st_size == 0:
             raise ValueError(f"path = {str(path)!r} is empty; give a universal file")
@@ -110,7 +118,10 @@ def _samples(path: Path, columns: Any) -> Samples:
         if columns is not None:
             raise ValueError(f"columns has no use with path = {str(path)!r}, a universal file; drop it")
         return samples_of_universal_file(path)
-    table = table_of(read_text(path, "a file of frequency responses"), path)
+    text = read_text(path, "a file of frequency responses")
+    if columns is None:
+        refuse_speeds(text, path)
+    table = table_of(text, path)
     return samples_of(table, columns, path, _CUTPRO_UNIT if ending == _CUTPRO else None)
 
 

@@ -108,6 +108,11 @@ def _with_head(lines: list[tuple[int, str]], separator: str, decimal: str, path:
             words.append(lines[i][1])
         elif not row and all(cell.lower() in _MISSING for cell in rest):
             continue
+        elif rest and len(row) == common:
+            raise ValueError(
+                f"path = {str(path)!r}, line {number}: {rest[0][:40]!r} behind {common} numbers; give a table of which "
+                "all below its head are numbers"
+            )
         else:
             raise ValueError(
                 f"path = {str(path)!r}, line {number}: {len(row)} numbers{' and words' if rest else ''}, where other "
