@@ -230,6 +230,9 @@ def test_the_shell_shares_stores_verifies_and_exports(tmp_path, shell):
     status = shell("store", "status", "s")
     assert "2 of 2, 100 %" in status.out
     assert "210 speed" in status.out
+    assert "all chunks are there" in status.out
+    # What is in them it does not say.
+    assert "not compared; lobex store verify s does that" in status.out
     export = shell("store", "export", "s", "--out", "b.nc")
     assert export.code == 0, export.err
     np.testing.assert_array_equal(lobex.load(tmp_path / "b.nc").multiplier, chart.multiplier)

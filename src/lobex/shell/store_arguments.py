@@ -10,7 +10,7 @@ Folder = Annotated[str, tyro.conf.Positional, tyro.conf.arg(metavar="DIR")]
 
 @dataclass(frozen=True)
 class Status:
-    """Which study a store holds, and how much of it is done.
+    """Which study a store holds, and how much of it is done; whether its chunks are sound, verify says.
 
     Example: lobex store status study
     """

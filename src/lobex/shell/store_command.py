@@ -35,7 +35,9 @@ def _status(store: "stores.Store") -> str:
         f"  chunks           {len(done)} of {plan.chunks}, {100 * len(done) / plan.chunks:.0f} %",
         f"  size             {size / 1e6:.1f} MB",
         f"  made by          {made_by}",
-        "  state            " + ("complete" if len(done) == plan.chunks else "run the same command again to go on"),
+        "  state            "
+        + ("all chunks are there" if len(done) == plan.chunks else "run the same command again to go on"),
+        f"  checksums        not compared; lobex store verify {store.folder} does that",
     ]
     return "\n".join(lines)
 
