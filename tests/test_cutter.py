@@ -113,6 +113,11 @@ def test_mean_forces_of_feed_and_runout_are_those_of_quadrature():
     ("given", "message"),
     [
         ({"pitch_degrees": [90.0, 90.0, 90.0]}, "pitch_degrees sum to 270; give angles that make one turn, 360"),
+        ({"pitch_degrees": []}, r"pitch_degrees has shape \(0,\); give one angle a tooth"),
+        (
+            {"teeth": 4, "helix_degrees": []},
+            r"helix_degrees = \[\] has no angle; give one of all teeth, or one a tooth",
+        ),
         ({"pitch_degrees": [[90.0], [270.0]]}, r"pitch_degrees has shape \(2, 1\); give one angle a tooth"),
         ({"pitch_degrees": [-90.0, 450.0]}, "pitch_degrees = .* must be positive"),
         ({"pitch_degrees": [90.0, np.nan]}, "pitch_degrees = .* has NaN"),

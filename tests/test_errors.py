@@ -32,6 +32,14 @@ def mill(**changes):
         (lambda: lobex.Turning(ROD.modes, radial=0.0), "radial = 0"),
         (lambda: lobex.Rub(lobex.Rod()), "lobex.Rod().modes()"),
         (lambda: lobex.Turning(None, radial=1e8), "modes = None"),
+        (lambda: lobex.spectral_radius(ROD, 80.0, None), "gain = None is not a number; give a real number in N/m"),
+        (lambda: lobex.critical_gain(ROD, 80.0, (None, 1e6)), "gain = (None, 1000000.0) is not a number"),
+        (lambda: lobex.sweep(ROD, None, [1e5, 1e6]), "speed = None is not a number; give a real number in Hz"),
+        (
+            lambda: lobex.sweep(ROD, [80.0], [1e5], over={"modes.damping_ratio[9]": [0.01, 0.02]}),
+            "over names 'modes.damping_ratio[9]', which the model has not; modes.damping_ratio has "
+            "modes.damping_ratio[0] to modes.damping_ratio[4]",
+        ),
         (lambda: lobex.Milling(lobex.Rod(), 2, 1e8, 1e8, 0.5), "lobex.Rod().modes()"),
         (lambda: lobex.spectral_radius(MEASURED, 50.0, 1e5), "a measured receptance serves exact_limit"),
         (lambda: lobex.sweep(MEASURED, [50.0, 60.0], GOOD), "a measured receptance serves exact_limit"),

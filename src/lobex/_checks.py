@@ -56,8 +56,9 @@ def as_numbers(name: str, value: Any, unit: str = "") -> np.ndarray | None:
     if np.ma.is_masked(value):
         raise ValueError(f"{name} = {brief(value)} has masked values; give finite numbers alone")
     try:
-        # What NumPy would take for 1, 0 or a number is none, such as True or '100'.
-        if np.asarray(value).dtype.kind in "bSUMm":
+        # What NumPy would take for 1, 0, NaN or a number is none, such as True, None or '100'.
+        kind = np.asarray(value).dtype.kind
+        if kind in "bSUMm" or (kind == "O" and any(part is None for part in np.asarray(value).flat)):
             raise TypeError
         numbers = np.asarray(value, dtype=float)
     except (TypeError, ValueError):

@@ -115,13 +115,15 @@ class Cutter:
         pitch, helix = _checks.as_array(pitch_degrees), _checks.as_array(helix_degrees)
         if pitch is not None:
             _checks.positive("pitch_degrees", pitch, "degrees")
-            if np.ndim(pitch) != 1:
+            if np.ndim(pitch) != 1 or np.size(pitch) == 0:
                 raise ValueError(f"pitch_degrees has shape {np.shape(pitch)}; give one angle a tooth")
             turn = _checks.as_numbers("pitch_degrees", pitch)
             if turn is not None and abs(turn.sum() - 360) > 360 * _ROUNDING:
                 raise ValueError(f"pitch_degrees sum to {turn.sum():.6g}; give angles that make one turn, 360 degrees")
             count, pitch = np.shape(pitch)[0], pitch * (np.pi / 180)
         if helix is not None:
+            if np.size(helix) == 0:
+                raise ValueError("helix_degrees = [] has no angle; give one of all teeth, or one a tooth")
             angles = _checks.as_numbers("helix_degrees", helix, "degrees")
             if angles is not None and not np.all((angles >= 0) & (angles < 90)):
                 raise ValueError(f"helix_degrees = {_checks.brief(helix_degrees)}; give angles from 0 to below 90")

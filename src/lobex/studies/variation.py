@@ -71,6 +71,10 @@ class Variation:
         self.places = {name: self._places(name) for name in axes}
         free = [name for name, places in self.places.items() if not places]
         if free and not self.functions:
+            stem, bracket, _ = free[0].partition("[")
+            own = [name for name in self._names() if name.startswith(f"{stem}[")]
+            if bracket and own:
+                raise ValueError(f"over names {free[0]!r}, which the model has not; {stem} has {own[0]} to {own[-1]}")
             known = dict.fromkeys(name.split("[")[0] for name in self._names())
             raise ValueError(f"over names {free[0]!r}, no number of the model; it has {', '.join(known)}")
         if self.functions and not free:
