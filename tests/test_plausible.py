@@ -146,7 +146,24 @@ def test_the_shell_says_so_and_reads_no_limit_from_the_first_cell(tmp_path, monk
     assert [words for words in said if "depths are in m, 0.002 for 2 mm" in words]
     assert [words for words in said if "np.linspace(0, 0.5, 65)" in words]
     printed = capsys.readouterr().out
-    assert "smallest limit   none in this range of gains" in printed
+    assert (
+        "smallest limit   b is at most 500 mm, such as at 6000 rpm: at 2 of 2 speeds it is below the second" in printed
+    )
+    assert "no limit found" not in printed
+
+
+def test_the_smallest_limit_of_a_map_is_sought_in_the_first_cell_too(tmp_path, monkeypatch, capsys):
+    """That at 6000 rpm lies in the first cell, and can be read at 8400 rpm alone."""
+    monkeypatch.chdir(tmp_path)
+    speeds = np.array([6000.0, 8400.0]) / 60
+    slow, fast = lobex.exact_limit(lobex.Turning(TOOL, radial=2e8), speeds).gain
+    step = (slow + fast) / 2
+    assert slow < step < fast
+    flags = arguments.Turning(rpm="6000,8400", gain=f"0:{3 * step}:4", output=arguments.Output("map"))
+    with pytest.warns(lobex.LobexWarning, match="at 1 of 2 speeds the limit lies within the first cell"):
+        run_lobes(arguments.Lobes(flags))
+    printed = capsys.readouterr().out
+    assert f"smallest limit   b is at most {1e3 * step:.6g} mm, such as at 6000 rpm: at 1 of 2 speeds" in printed
 
 
 # --- processes without units

@@ -46,12 +46,23 @@ def _summary(chart: "Chart") -> str:
         stable = int(np.sum(chart.spectral_radius < 1))
         return f"  stable           at {stable} of {len(chart.speed)} speeds"
     critical = chart.critical_gain()
-    missing = int(np.sum(np.isnan(critical)))
+    first = np.argmax(~(chart.spectral_radius < 1), axis=1)
+    # Of what is unstable in or below the first cell, where the limit cannot be read.
+    early = (first < 2) & (chart.spectral_radius[np.arange(len(first)), first] >= 1)
+    missing = int(np.sum(np.isnan(critical) & ~early))
     if missing == len(critical):
         return "  smallest limit   none in this range of gains, at any speed"
-    lowest = int(np.nanargmin(critical))
-    line = (
-        f"  smallest limit   {chart.quantity.symbol} = {shown_gain(critical[lowest], chart.quantity)} at "
-        f"{shown_speed(chart.speed[lowest], chart.speed_unit)} (read from the grid)"
-    )
+    if early.any():
+        end, at = chart.gain[first[early].min()], chart.speed[early][np.argmin(first[early])]
+        line = (
+            f"  smallest limit   {chart.quantity.symbol} is at most {shown_gain(end, chart.quantity)}, such as at "
+            f"{shown_speed(at, chart.speed_unit)}: at {np.sum(early)} of {len(critical)} speeds it is below the second "
+            "gain of the grid, where it cannot be read"
+        )
+    else:
+        lowest = int(np.nanargmin(critical))
+        line = (
+            f"  smallest limit   {chart.quantity.symbol} = {shown_gain(critical[lowest], chart.quantity)} at "
+            f"{shown_speed(chart.speed[lowest], chart.speed_unit)} (read from the grid)"
+        )
     return line + (f"\n  no limit found   at {missing} of {len(critical)} speeds in this range" if missing else "")
