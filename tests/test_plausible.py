@@ -70,7 +70,9 @@ def test_ordinary_numbers_are_met_in_silence(name):
 def test_every_verb_says_each_thing_once_at_the_callers_line(name):
     said = said_by(verbs(PER_CENT, 6000.0, 0.5)[name])
     expected = ["damping_ratio = 3 lets nothing vibrate", "every speed, from 6000 Hz, passes"]
-    if name not in ("exact_limit", "sensitivities", "march_wear"):
+    if name in ("exact_limit", "sensitivities"):
+        expected.append("the limit is a depth of cut of ")
+    elif name != "march_wear":
         expected.append("depth of cut = 0.5 m")
     assert len(said) == len(expected)
     for warning, words in zip(said, expected, strict=True):
@@ -118,6 +120,44 @@ def test_feed_runout_and_diameter_in_millimetres_are_told(name, value):
     assert implausible(cutter(), 100.0) == []
     (message,) = implausible(cutter(**{name: value}), 100.0)
     assert message.startswith(f"{name} = {np.max(value):g} m is more than any tool has")
+
+
+@pytest.mark.parametrize(("force", "side"), [(600.0, "less"), (6e5, "less"), (6e14, "more")])
+def test_cutting_forces_in_other_units_are_told(force, side):
+    said = (
+        f" = {force:.6g} N/m² is {side} than what is cut takes; specific cutting forces are in N/m², 6e8 for 600 N/mm²"
+    )
+    turning = lobex.Turning(TOOL, radial=force)
+    milling = lobex.Milling(TOOL, 2, tangential=force, normal=force / 3, radial_immersion=0.5)
+    assert implausible(turning, 100.0) == [f"radial{said}"]
+    assert implausible(milling, 100.0) == [f"tangential{said}"]
+    assert implausible(replace(turning, speed_unit="1"), 100.0) == []
+
+
+def test_a_limit_longer_than_any_tool_is_told():
+    """Of a tool whose mass is in g, and of one whose limit is ordinary at one of the speeds."""
+    grams = lobex.Modes.single(frequency=146.5, damping_ratio=0.03, mass=2573.0 * 1e3)
+    (warning,) = said_by(lambda: lobex.exact_limit(lobex.Turning(grams, radial=2e8), [100.0, 120.0]))
+    assert str(warning.message).startswith("the limit is a depth of cut of ")
+    (warning,) = said_by(lambda: lobex.zero_order_limit(lobex.Milling(grams, 2, 6e8, 2e8, 0.5), [100.0]))
+    assert "longer than any tool; look at the units of modes" in str(warning.message)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "words"),
+    [
+        ("length", 500.0, "length = 500 m is more than a blade has; it is in m, 0.5 for 500 mm"),
+        ("young_modulus", 210.0, "young_modulus = 210 Pa is less than a blade has; it is in Pa, 210e9 for 210 GPa"),
+        ("density", 7.85, "density = 7.85 kg/m³ is less than a blade has; it is in kg/m³, 7850 for 7.85 g/cm³"),
+    ],
+)
+def test_blades_in_other_units_are_told(name, value, words):
+    numbers = {"length": 0.5, "young_modulus": 210e9, "density": 7850.0, name: value}
+    beam = {"width": 0.05, "thickness": 0.004, "elements": 2}
+    for make in (lambda: lobex.Rod(**numbers), lambda: lobex.Beam.rectangular(**numbers, **beam)):
+        (warning,) = said_by(make)
+        assert str(warning.message) == words
+        assert warning.filename == __file__
 
 
 def test_a_feed_of_turning_in_millimetres_is_told():

@@ -238,7 +238,7 @@ def test_oddities_are_warned_of():
     "process",
     [
         rub(2),
-        rub(2, young_modulus=1e60),
+        lobex.Rub(lobex.Modes([1e30, 3e30], [0.03, 0.03], [[1.0], [1.0]])),
         rub(2, damping_ratio=1e60),
         MILL,
         lobex.DelayedMathieu(delta=3.0, epsilon=1e60),

@@ -35,7 +35,7 @@ from lobex.limits.undamped import undefined
 from lobex.limits.whole_stage import WholeStage, limits_of_stage
 from lobex.processes.at_speeds import at_speed, has_followers, tabled
 from lobex.processes.declared import check_system
-from lobex.processes.plausible import warn_of_implausible
+from lobex.processes.plausible import warn_of_implausible, warn_of_thick
 from lobex.processes.process import Process, check_process, check_speed
 from lobex.processes.quantity import quantity_of
 from lobex.results.codes import Kind, Status
@@ -117,6 +117,7 @@ def exact_limit(process: Process, speed: Any) -> Limit:
     gain, frequency, low = (
         lib.where(parts.neutral, lib.nan, part) for part in (parts.gain, parts.frequency, parts.low)
     )
+    warn_of_thick(process, gain)
     there = lib.isfinite(gain)
     status = lib.where(there, lib.where(parts.tie, int(Status.TIE), int(Status.FOUND)), parts.missing)
     status = lib.where(parts.neutral, int(Status.UNDEFINED), status)

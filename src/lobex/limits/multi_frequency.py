@@ -13,7 +13,7 @@ from lobex.limits.eigenvalue_crossings import NEGATIVE, followed, lowest_on, reg
 from lobex.limits.receptance_matrix import MatrixCurve
 from lobex.limits.tooth_harmonics import ToothHarmonics, harmonics_of, orders_up_to
 from lobex.processes.milling import Milling
-from lobex.processes.plausible import warn_of_implausible
+from lobex.processes.plausible import warn_of_implausible, warn_of_thick
 from lobex.processes.process import check_process, check_speed
 from lobex.processes.quantity import quantity_of
 from lobex.results.codes import Kind, Status
@@ -117,6 +117,7 @@ def _limit(process: Any, speed: Any, reach: tuple[Any] | None, method: str) -> L
             forces = harmonics_of(process, len(orders_up_to(top, 2 * np.pi * float(passing.min()))))
             found = [_of_harmonics(curve, forces, 2 * np.pi * one, top) for one in passing]
     gain = np.array([one.gain if one else np.nan for one in found])
+    warn_of_thick(process, gain)
     missing = Status.BEYOND_THE_MEASURED_FREQUENCIES if measured else Status.NONE_IN_RANGE
     return Limit(
         speed=speeds,

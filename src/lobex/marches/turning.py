@@ -25,6 +25,9 @@ from lobex.results.description import describe
 from lobex.structures.modes import Modes, check_modes
 from lobex.systems.system import DelaySystem
 
+# A radial force in the place of the law's, N/m².
+_NOT_USED = 1e9
+
 
 def simulate_turning(
     modes: Modes,
@@ -88,7 +91,7 @@ def simulate_turning(
     every = _checks.integer("every", every, 1)
     if steps % every:
         raise ValueError(f"every = {every} does not divide steps_per_revolution = {steps}; give a divisor")
-    tool = Turning(modes, 1.0)
+    tool = Turning(modes, _NOT_USED)
     speeds, depths = lanes_of(tool, speed, depth, name="depth")
     with timed() as spent, at_once():
         tool, law, feed = widened((tool, law, feed))

@@ -19,8 +19,11 @@ FAST = 5.0
 # Per period of the fastest mode, more than any machine passes: such speeds are refused. Not of the first one: a machine
 # may stand on springs.
 TOO_FAST = 60.0
-# Depths of cut from here on, m, are those of millimetres.
-_THICK = 0.1
+# Depths of cut from here on, m, are those of millimetres; and limits, of which some between lobes are far above what
+# is cut.
+_THICK, _NO_LIMIT = 0.1, 1.0
+# Specific cutting forces of what is cut at all, N/m²: foam to steel, 600 N/mm² being 6e8.
+_SOFTEST, _HARDEST = 1e6, 1e11
 # And so are the chips and the runout that a tooth has, and the diameter of its cutter and its corner.
 _CHIP, _OTHERS = 0.01, {"runout": 0.001, "offset": 0.001, "diameter": 1.0, "corner_radius": 0.5}
 
@@ -37,6 +40,8 @@ def implausible(process: Any, speed: Any, gain: Any = None) -> list[str]:
     if _is_traced((process, getattr(process, "modes", None), speed, gain)):
         return []
     messages = [_overdamped(process)]
+    if has_units(process):
+        messages.append(_in_other_units(process))
     if has_units(process) and np.size(speed):
         messages += [_in_rpm(process, np.asarray(speed, dtype=float), gain), _in_millimetres(process, gain)]
         cutter = getattr(process, "cutter", None)
@@ -46,6 +51,20 @@ def implausible(process: Any, speed: Any, gain: Any = None) -> list[str]:
         doubt = getattr(process, "doubt", None)
         messages += [doubt(speed, gain)] if doubt is not None and gain is not None else []
     return [message for message in messages if message is not None]
+
+
+def warn_of_thick(process: Any, limit: Any) -> None:
+    """Warn, at the user's line, where every limit of a depth of cut, m, is more than a tool has."""
+    if _is_traced((process, limit)) or not has_units(process) or process.gain.unit != "m":
+        return
+    found = np.asarray(limit, dtype=float)
+    found = found[np.isfinite(found)]
+    if found.size and found.min() >= _NO_LIMIT:
+        more = " or more" if found.size > 1 else ""
+        warn(
+            f"the limit is a {process.gain.name} of {float(found.min()):.6g} m{more}, longer than any tool; look at "
+            "the units of modes (Hz or rad/s, kg, m) and of cutting forces (N/m²)"
+        )
 
 
 def passes_per_period(process: Any, speed: np.ndarray, fastest: bool = False) -> float | None:
@@ -89,6 +108,22 @@ def _overdamped(process: Any) -> str | None:
     if ratio is None or (largest := float(np.max(np.asarray(ratio)))) < 1:
         return None
     return f"damping_ratio = {largest:.6g} lets nothing vibrate; it is a share of critical damping, 0.03 for 3 per cent"
+
+
+def _in_other_units(process: Any) -> str | None:
+    """Of specific cutting forces that no material has."""
+    if process.gain.unit != "m":
+        return None
+    names = ("tangential", "normal", "axial", "radial")
+    given = {name: force for name in names if (force := getattr(process, name, None)) is not None}
+    forces = {name: abs(float(np.max(np.asarray(force)))) for name, force in given.items() if np.size(force)}
+    name = max(forces, key=forces.__getitem__, default="")
+    if not name or _SOFTEST <= forces[name] <= _HARDEST:
+        return None
+    return (
+        f"{name} = {forces[name]:.6g} N/m² is {'less' if forces[name] < _SOFTEST else 'more'} than what is cut takes; "
+        "specific cutting forces are in N/m², 6e8 for 600 N/mm²"
+    )
 
 
 def _in_rpm(process: Any, speed: np.ndarray, gain: Any) -> str | None:

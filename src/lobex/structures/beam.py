@@ -17,6 +17,7 @@ from lobex.structures.beam_loads import root_loads as loads_of_root
 from lobex.structures.beam_matrices import ROOT, BeamMatrices, Section, beam_matrices
 from lobex.structures.contact_vectors import contact_vectors
 from lobex.structures.modes import Modes
+from lobex.structures.plausible_blade import warn_of_blade
 from lobex.structures.rectangle import torsion_constant
 from lobex.structures.rotating_modes import RotatingModes
 
@@ -93,6 +94,7 @@ class Beam:
         ratio = _checks.as_numbers("poisson_ratio", self.poisson_ratio)
         if ratio is not None and not -1 < ratio <= 0.5:
             raise ValueError(f"poisson_ratio = {float(ratio):.6g} is no material's; give a number from −1 to 0.5")
+        warn_of_blade(length=self.length, young_modulus=self.young_modulus, density=self.density)
         if self.root_stiffness is None:
             return
         _checks.not_negative("root_stiffness", self.root_stiffness, "N/m and N m/rad")

@@ -14,6 +14,7 @@ from lobex._shapes import AnyArray, Number
 from lobex.structures.damping import modal_damping
 from lobex.structures.eigenproblem import vibration_modes
 from lobex.structures.modes import Modes
+from lobex.structures.plausible_blade import warn_of_blade
 
 # Its matrices are dense.
 _MOST_ELEMENTS = 200
@@ -48,6 +49,7 @@ class Rod:
         for name, unit in units.items():
             _checks.positive(name, getattr(self, name), unit)
             _checks.scalar(name, getattr(self, name))
+        warn_of_blade(length=self.length, young_modulus=self.young_modulus, density=self.density)
 
     def modes(self, damping_ratio: Any = 0.03, keep: Sequence[int] | None = None) -> Modes:
         """The rod's modes, seen at its tip.
