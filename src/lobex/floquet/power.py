@@ -14,6 +14,8 @@ from lobex.floquet.dense import Triple
 
 # The last squarings cost more than as many products with a vector.
 _BY_VECTOR = 4
+# Products with a vector between which it is not scaled.
+_AT_ONCE = 4
 # Weight of the second direction below which its own multiplier is rounding.
 _NEGLIGIBLE = 1e-5
 
@@ -36,7 +38,13 @@ def pair_by_squaring(matrix: Float[Array, "N N"], squarings: int | Int[Array, ""
     power = _power(matrix, squarings - _BY_VECTOR)
     # The right space from the left one: no start vector is orthogonal to itself.
     left = _unit(power.T @ _start(matrix))
-    right = jax.lax.fori_loop(0, 2**_BY_VECTOR, lambda _, vector: _unit(power @ vector), left)
+
+    def turned(turn: Int[Array, ""], vector: Float[Array, " N"]) -> Float[Array, " N"]:
+        for _ in range(_AT_ONCE):
+            vector = power @ vector
+        return _unit(vector)
+
+    right = jax.lax.fori_loop(0, 2**_BY_VECTOR // _AT_ONCE, turned, left)
     return _in_plane(matrix, right, left)
 
 
@@ -74,7 +82,9 @@ def rotation(value: Float[Array, "2"]) -> Float[Array, "2 2"]:
 def _power(matrix: Float[Array, "N N"], squarings: int | Int[Array, ""]) -> Float[Array, "N N"]:
     def square(_: Int[Array, ""], power: Float[Array, "N N"]) -> Float[Array, "N N"]:
         power = power @ power
-        return power / (jnp.sqrt(jnp.sum(power * power)) + jnp.finfo(power.dtype).tiny)
+        # The sum as a product, since XLA adds up whole matrices one number after the other.
+        size = jnp.sqrt(jnp.sum(jnp.ones_like(power[0]) @ (power * power)))
+        return power * (1 / (size + jnp.finfo(power.dtype).tiny))
 
     return jax.lax.fori_loop(0, squarings, square, matrix)
 
@@ -124,7 +134,7 @@ def matched(left: Float[Array, "N 2"], vector: Float[Array, "N 2"]) -> Float[Arr
 
 
 def _unit(vector: Float[Array, " N"]) -> Float[Array, " N"]:
-    return vector / (jnp.sqrt(vector @ vector) + jnp.finfo(vector.dtype).tiny)
+    return vector * (1 / (jnp.sqrt(vector @ vector) + jnp.finfo(vector.dtype).tiny))
 
 
 def residual(matrix: Float[Array, "N N"], pair: Pair) -> Float[Array, ""]:

@@ -55,7 +55,7 @@ def dominant_pair(matrix: Float[Array, "N N"], state: int, squarings: int | Int[
 
 def _orthonormal(block: Float[Array, "N b"]) -> Float[Array, "N b"]:
     """By Cholesky's factor L of the products of its columns, as Y L⁻ᵀ; without LAPACK, whose small calls are slow."""
-    block = block / (jnp.sqrt(jnp.sum(block**2, axis=0)) + jnp.finfo(block.dtype).tiny)
+    block = block * (1 / (jnp.sqrt(jnp.sum(block**2, axis=0)) + jnp.finfo(block.dtype).tiny))
     size = jnp.shape(block)[1]
     unit, index = jnp.eye(size, dtype=block.dtype), jnp.arange(size)
 
@@ -66,7 +66,8 @@ def _orthonormal(block: Float[Array, "N b"]) -> Float[Array, "N b"]:
         row, below = scale * rest[step], jnp.where(index > step, scale * rest[:, step], 0.0)
         return jnp.where((index == step)[:, None], row, rest - below[:, None] * row)
 
-    reduced = jax.lax.fori_loop(0, size, eliminate, jnp.concatenate([block.T @ block, unit], axis=1))
+    # Two steps of the loop as one: after one alone XLA copies all of it.
+    reduced = jax.lax.fori_loop(0, size, eliminate, jnp.concatenate([block.T @ block, unit], axis=1), unroll=2)
     return block @ reduced[:, size:].T
 
 
