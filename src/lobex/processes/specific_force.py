@@ -110,12 +110,15 @@ def _by_moments(cutting: Any, moments: Moments) -> Float[AnyArray, "entries ..."
     along = t * moments.product + n * moments.sine_squared
     if cutting.directions == 1:
         return jnp.stack([along])
+    if cutting.directions == 2:
+        # As a product, since XLA would compute the moments for each entry anew.
+        none = jnp.zeros_like(t + n)
+        shares = jnp.stack([jnp.stack(row) for row in ([n, none, t], [none, t, n], [-t, none, n], [none, n, -t])])
+        return jnp.tensordot(shares, jnp.stack(jnp.broadcast_arrays(*moments[:3])), axes=1)
     rows = [
         (along, t * moments.cosine_squared + n * moments.product),
         (n * moments.product - t * moments.sine_squared, n * moments.cosine_squared - t * moments.product),
     ]
-    if cutting.directions == 2:
-        return jnp.stack([entry for row in rows for entry in row])
     return _in_space(cutting, rows, moments)
 
 
