@@ -17,6 +17,7 @@ from lobex.operators.elimination import inverse
 from lobex.operators.exponential import exponential
 from lobex.operators.moments import cell_phases, exponential_moments
 from lobex.operators.response import forced_response, gauss_nodes, quickness
+from lobex.systems.traits import Traits, traits_of
 
 
 @jax.jit
@@ -187,8 +188,24 @@ def test_a_present_force_without_the_gain_is_taken_in_once_and_for_all():
     with jax.enable_x64(True):
         each, once = (
             method.assemble(method.respond(prepared, system, jnp.linalg.inv), system)
-            for prepared in (method.prepare(system, False), method.prepare(system, True))
+            for prepared in (method.prepare(system), method.prepare(system, Traits(True, False, True)))
         )
+    assert np.asarray(once) == pytest.approx(np.asarray(each), rel=1e-12, abs=1e-13)
+
+
+def test_chips_without_the_gain_are_taken_in_once_and_for_all():
+    modes = lobex.Modes.from_table(
+        frequency=[510.0, 525.0], damping_ratio=[0.02, 0.022], mass=[0.5, 0.55], direction=["x", "y"]
+    )
+    cutter = lobex.Cutter.end_mill(0.019, pitch_degrees=[70.0, 110.0, 70.0, 110.0])
+    process = lobex.Milling(modes, cutter, 6e8, 2e8, 0.5)
+    system, method, traits = process.system(100.0, 1e-3), lobex.Duhamel(nodes=8), traits_of(process)
+    assert system.chips
+    assert traits == Traits(structure_by_gain=False, present_by_gain=True, chips_by_gain=False)
+    with jax.enable_x64(True):
+        each, once = method.prepare(system), method.prepare(system, traits)
+        assert once.left is None
+        each, once = (method.assemble(method.respond(one, system, jnp.linalg.inv), system) for one in (each, once))
     assert np.asarray(once) == pytest.approx(np.asarray(each), rel=1e-12, abs=1e-13)
 
 

@@ -38,7 +38,7 @@ def _prepared_at(
         return None
 
     def at(speed: Number) -> Any:
-        return method.prepare(process.system(speed, gain), not traits.present_by_gain, in_flight)
+        return method.prepare(process.system(speed, gain), traits, in_flight)
 
     return over_few(at, together(len(speeds), FEWEST), count, speeds)
 

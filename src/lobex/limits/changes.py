@@ -193,7 +193,7 @@ def operator_family(process: Process, method: Method, speed: Number, gain: Numbe
     """What a method prepares at a speed, once for all gains, and the operator's matrix as a function of the gain."""
     prepared, traits = None, traits_of(process)
     if isinstance(method, Duhamel) and not traits.structure_by_gain:
-        prepared = method.prepare(process.system(speed, gain), not traits.present_by_gain)
+        prepared = method.prepare(process.system(speed, gain), traits)
     return prepared, _family(process, method, prepared, speed, densely=True)
 
 

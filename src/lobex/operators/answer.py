@@ -54,7 +54,8 @@ def answer_to_chips(
     alone = np.flatnonzero(count == 1) if system.regenerative else np.zeros(0, dtype=int)
     others = np.flatnonzero(count > 1) if system.regenerative else np.arange(mesh.pieces)
     *_, width = jnp.shape(prepared.seen)
-    start = jnp.zeros((mesh.pieces, width - d, d), dtype=prepared.seen.dtype)
+    nothing = jnp.zeros((width - d, d), dtype=prepared.seen.dtype)
+    start: dict[int, Float[AnyArray, "qe d"]] = dict.fromkeys(map(int, np.flatnonzero(count == 0)), nothing)
     due: dict[int, Float[AnyArray, "qe q"]] = {}
     if len(alone):
         mine = np.searchsorted(pieces, alone)
@@ -63,16 +64,17 @@ def answer_to_chips(
         # (1 + LN)⁻¹ L = L (1 + NL)⁻¹, which is a half or a third of the size.
         unit = jnp.eye(jnp.shape(met)[1], dtype=met.dtype)
         found = rows(push, jax.vmap(inverse)(unit + framed(met[..., d:], push)))
-        start = start.at[alone].set(-found @ met[..., :d])
+        start |= dict(zip(map(int, alone), -found @ met[..., :d], strict=True))
         due |= dict(zip(map(int, mine), found, strict=True))
     if len(others):
         brought = rows(forces.present[others], prepared.seen[others])
         resolvent = resolvents(brought, inverse)
-        start = start.at[others].set(resolvent @ brought[..., :d])
+        start |= dict(zip(map(int, others), resolvent @ brought[..., :d], strict=True))
         mine = np.flatnonzero(np.isin(pieces, others))
         found = framed(resolvent[np.searchsorted(others, pieces[mine])], frame[mine])
         due |= dict(zip(map(int, mine), found, strict=True))
-    return Answer(start, jnp.stack([due[index] for index in range(len(pieces))]), frame)
+    by_piece, by_due = (jnp.stack([part[index] for index in sorted(part)]) for part in (start, due))
+    return Answer(by_piece, by_due, frame)
 
 
 def looped(prepared: Prepared, forces: Forces) -> Float[AnyArray, "M qe dqe"]:

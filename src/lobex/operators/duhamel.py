@@ -22,6 +22,7 @@ from lobex.operators.response import forced_response, gauss_nodes
 from lobex.operators.rows import acting, rows
 from lobex.systems.mesh import Mesh, mesh_of
 from lobex.systems.system import DelaySystem, Forces
+from lobex.systems.traits import FOLLOWING, Traits
 
 _NODES = 40
 # Samples of the free vibration over a piece without force, where nobody says how many waves there are: 80 of them.
@@ -109,11 +110,11 @@ class Duhamel:
         return max(2.0 * (self.count - 4), 0.0) / float(np.max(mesh_of(system).length))
 
     def prepare(
-        self, system: DelaySystem, resolved: bool = False, in_flight: int = IN_FLIGHT, samples: int | None = None
+        self, system: DelaySystem, traits: Traits = FOLLOWING, in_flight: int = IN_FLIGHT, samples: int | None = None
     ) -> Prepared:
         """What the structure makes of the past, for scaled forces and outputs: it does not depend on the coefficients.
 
-        With ``resolved``, for a gain that acts on delayed forces only, the present force is included. A free
+        Of coefficients that by the ``traits`` of the process do not follow the gain what they do is included. A free
         vibration is sampled ``in_flight`` times, and the structure's kernel, over pieces that are short enough for
         it, ``kernel_samples``.
         """
@@ -121,8 +122,10 @@ class Duhamel:
         remembered = None if system.remembered is None else system.remembered / size
         scaled = replace(system, inputs=system.inputs / force, outputs=system.outputs / size, remembered=remembered)
         prepared = prepare(scaled, self.count, in_flight, samples)
+        if system.chips and not traits.chips_by_gain:
+            prepared = replace(prepared, left=None, chips=_left(prepared, mesh_of(system), self._factors(system).met))
         # Forces that delays shorter than a piece bring act within it, and follow the gain.
-        if not resolved or prepared.recent is not None:
+        if traits.present_by_gain or prepared.recent is not None:
             return prepared
         return replace(prepared, resolvent=resolvents(looped(prepared, self.forces(system)), pivoted_inverse))
 
@@ -134,18 +137,17 @@ class Duhamel:
         With ``inverse`` for the matrices (e·q, e·q) of the contact, and ``forces`` of the system where these are known.
         """
         forces, mesh = forces or self.forces(system), mesh_of(system)
-        readers = np.array([(link.piece + link.later) % mesh.pieces for link in mesh.links])
         if system.chips:
             chips = self._factors(system)
-            answer, met = answer_to_chips(prepared, system, mesh, forces, chips, inverse), chips.met
-        else:
-            answer, met = answer_to_forces(prepared, system, mesh, forces, inverse), forces.delayed
+            left = _left(prepared, mesh, chips.met) if prepared.chips is None else prepared.chips
+            return Pieces(answer_to_chips(prepared, system, mesh, forces, chips, inverse), prepared.onward, left)
+        answer = answer_to_forces(prepared, system, mesh, forces, inverse)
         if mesh.to_nodes:
-            left = rows(jnp.asarray(met)[np.array([link.delay for link in mesh.links]), readers], prepared.left[:, 0])
-        else:
-            parts = [rows(acts[readers], prepared.left[:, index]) for index, acts in enumerate(met)]
-            left = sum(parts[1:], parts[0])
-        return Pieces(answer, prepared.onward, left)
+            return Pieces(answer, prepared.onward, _left(prepared, mesh, jnp.stack(forces.delayed)))
+        assert prepared.left is not None
+        readers = _readers(mesh)
+        parts = [rows(acts[readers], prepared.left[:, index]) for index, acts in enumerate(forces.delayed)]
+        return Pieces(answer, prepared.onward, sum(parts[1:], parts[0]))
 
     def assemble(self, pieces: Pieces, system: DelaySystem) -> Float[Array, "N N"]:
         """The operator's matrix, (N, N)."""
@@ -264,10 +266,20 @@ class _Parts(NamedTuple):
 
 
 def _parts(prepared: Prepared, march: March) -> _Parts:
-    d, outputs = jnp.shape(prepared.landed)[1], jnp.shape(prepared.seen)[1]
-    made = jnp.concatenate([prepared.seen, prepared.landed], axis=1)
+    d, made = prepared.state, prepared.made
     free, forced = made[..., :d] @ march.starts, made[..., d:] @ march.forces
-    return _Parts(free[:, :outputs], forced[:, :outputs], free[:, outputs:], forced[:, outputs:])
+    return _Parts(free[:, :-d], forced[:, :-d], free[:, -d:], forced[:, -d:])
+
+
+def _readers(mesh: Mesh) -> np.ndarray:
+    """In which piece acts what each of ``Mesh.links`` leaves."""
+    return np.array([(link.piece + link.later) % mesh.pieces for link in mesh.links])
+
+
+def _left(prepared: Prepared, mesh: Mesh, met: Float[AnyArray, "K M q c m"]) -> Float[AnyArray, "L qc dqe"]:
+    """What is due by each of ``Mesh.links``, from node to node, where each delay brings so much of outputs."""
+    assert prepared.left is not None
+    return rows(met[np.array([link.delay for link in mesh.links]), _readers(mesh)], prepared.left[:, 0])
 
 
 def _output_scale(system: DelaySystem) -> Float[Array, ""]:

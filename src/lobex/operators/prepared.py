@@ -22,16 +22,18 @@ from lobex.systems.system import DelaySystem
 _FINER, _MORE = 2, 8
 
 
-@pytree()
+@pytree(static=("state",))
 class Prepared:
     """M pieces with q nodes each: what they make of z at their start and of the forces at their nodes, side by side.
 
     Attributes:
-        seen: outputs at the nodes, (M, q·r, d + q·e).
-        landed: z at the end of the piece, (M, d, d + q·e).
-        onward: z at the start of the next, (M, d, d + q·e).
+        state: d.
+        made: outputs at the nodes, and z at the end of the piece, (M, q·r + d, d + q·e).
+        flown: z at the start of the next, (M, d, d + q·e); None where that is z at the end.
         left: what delays bring of it to the nodes of later pieces, by each of ``Mesh.links``: one or every one of K,
             (L, K, q·m, d + q·e).
+        chips: and the chips that are due of it there, (L, q, d + q·e), where these are the same whatever the gain;
+            ``left`` is None then.
         recent: and to its own nodes, where a delay may be that short, (M, K, q·m, d + q·e); or None.
         missed: how much of each mode's vibration the nodes cannot follow, (M, n), from 0 to 1.
         flights: outputs at samples of the gap after each piece from z at its start, (M, samples, r, d), or None.
@@ -39,14 +41,25 @@ class Prepared:
             (M, q·e, q·e), where the coefficients that it takes are the same whatever the gain.
     """
 
-    seen: Float[Array, "M qr dqe"]
-    landed: Float[Array, "M d dqe"]
-    onward: Float[Array, "M d dqe"]
-    left: Float[Array, "L K qm dqe"]
+    state: int
+    made: Float[Array, "M qrd dqe"]
+    flown: Float[Array, "M d dqe"] | None
+    left: Float[Array, "L K qm dqe"] | None
     recent: Float[Array, "M K qm dqe"] | None
     missed: Float[AnyArray, "M n"]
     flights: Float[Array, "M samples r d"] | None
     resolvent: Float[Array, "M qe qe"] | None = None
+    chips: Float[Array, "L q dqe"] | None = None
+
+    @property
+    def seen(self) -> Float[Array, "M qr dqe"]:
+        """Outputs at the nodes."""
+        return self.made[:, : -self.state]
+
+    @property
+    def onward(self) -> Float[Array, "M d dqe"]:
+        """z at the start of the next piece."""
+        return self.made[:, -self.state :] if self.flown is None else self.flown
 
 
 def prepare(system: DelaySystem, nodes: int, in_flight: int, samples: int | None = None) -> Prepared:
@@ -60,19 +73,19 @@ def prepare(system: DelaySystem, nodes: int, in_flight: int, samples: int | None
     response = jax.vmap(lambda length: forced_response(system, length, nodes, fine, samples))(mesh.length[first])
     if len(first) < mesh.pieces:
         response = jax.tree.map(lambda part: part[same], response)
-    landed = onward = jnp.concatenate([response.through, response.push], axis=2)
-    flights = None
+    landed = jnp.concatenate([response.through, response.push], axis=2)
+    flights = flown = None
     if mesh.gap is not None:
         flights, gap = jax.vmap(lambda length: free_response(system, length, gauss_nodes(in_flight)[0]))(mesh.gap)
-        onward = gap @ landed
+        flown = gap @ landed
     if mesh.to_nodes:
         left, recent = response.recalled[np.array([link.piece for link in mesh.links])][:, None], None
     else:
         left, recent = _looked_up(system, mesh, response, nodes)
     return Prepared(
-        seen=jnp.concatenate([response.free, response.forced], axis=2),
-        landed=landed,
-        onward=onward,
+        state=system.state_size,
+        made=jnp.concatenate([jnp.concatenate([response.free, response.forced], axis=2), landed], axis=1),
+        flown=flown,
         left=left,
         recent=recent,
         missed=response.missed,

@@ -18,10 +18,16 @@ class Traits(NamedTuple):
         structure_by_gain: structure, period, jumps or delays follow the gain, so that nothing that a method makes of
             them serves two gains.
         present_by_gain: the coefficients of forces that act at once follow it.
+        chips_by_gain: the chips that outputs make, where forces are of chips, follow it.
     """
 
     structure_by_gain: bool
     present_by_gain: bool
+    chips_by_gain: bool
+
+
+FOLLOWING = Traits(True, True, True)
+"""Of a system of which nothing is known."""
 
 
 @by_form
@@ -32,17 +38,18 @@ def traits_of(made: Any, shapes: tuple[Any, ...], number: Any) -> Traits:
     the gain if anything that goes in does.
     """
 
-    def parts(numbers: tuple[Float[AnyArray, "..."], ...], speed: Number, gain: Number) -> tuple[Any, Any]:
+    def parts(numbers: tuple[Float[AnyArray, "..."], ...], speed: Number, gain: Number) -> tuple[Any, Any, Any]:
         system = made(numbers).system(speed, gain)
         mesh = mesh_of(system)
         phase = mesh.start + mesh.length / 2
         structure = system.blocks, system.inputs, system.outputs, system.remembered, system.period
-        return (structure, mesh.start, mesh.length, mesh.gap, system.lags(phase)), system.at(phase).present
+        chips = [jax.vmap(lambda at, chip=chip: chip.factors(at, at[None])[1])(phase) for chip in system.chips]
+        return (structure, mesh.start, mesh.length, mesh.gap, system.lags(phase)), system.at(phase).present, chips
 
     traced, shapes = jax.make_jaxpr(parts, return_shape=True)(shapes, number, number)
     follows = followers(traced.jaxpr)
     structure = len(jax.tree.leaves(shapes[0]))
-    return Traits(any(follows[:structure]), any(follows[structure:]))
+    return Traits(any(follows[:structure]), follows[structure], any(follows[structure + 1 :]))
 
 
 def followers(jaxpr: Any) -> list[bool]:
