@@ -47,7 +47,8 @@ def dominant_over_grid(
     """Over the grid of speeds (n,) and gains (m,), shape (n, m); call in the scope of float64.
 
     Where a method chooses its nodes an error of so much ``of_growth``, log |μ|, is enough as well as its tolerance, and
-    its programs are compiled ``quickly`` if they take longer for that than to run.
+    frequencies are NaN then, which nobody asks for; its programs are compiled ``quickly`` if they take longer for that
+    than to run.
     """
     if isinstance(method, CharacteristicRoots):
         return _by_roots(process, method.over_grid(process, speeds, gains), speeds[:, None], gains)

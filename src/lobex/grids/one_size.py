@@ -3,6 +3,7 @@
 from typing import Any
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Inexact, Int
 
@@ -55,9 +56,11 @@ def _with_errors(
     densely: bool,
     several: int,
     samples: int | None,
+    frequencies: bool,
 ) -> tuple[Inexact[Array, " p"], ...]:
-    """Dominant multipliers, chatter frequencies, estimated errors by nodes and by rounding, and defects, at the first
-    ``count`` points; with ``samples`` of the structure's kernel where nothing is prepared.
+    """Dominant multipliers, chatter frequencies (NaN unless ``frequencies``), estimated errors by nodes and by
+    rounding, and defects, at the first ``count`` points; with ``samples`` of the structure's kernel where nothing is
+    prepared.
     """
 
     def point(row: Int[Array, ""], speed: Float[Array, ""], gain: Float[Array, ""]) -> tuple[Inexact[Array, ""], ...]:
@@ -75,14 +78,16 @@ def _with_errors(
         else:
             pair = dominant_pair(matrix, system.state_size, squarings)
         motion = method.motion(mine, pieces, system, pair, forces)
-        frequency = carrier_frequency(motion.phase, motion.weight, motion.output, system.period, pair.value)
+        frequency = jnp.full_like(motion.error, jnp.nan)
+        if frequencies:
+            frequency = carrier_frequency(motion.phase, motion.weight, motion.output, system.period, pair.value)
         return as_complex(pair.value), frequency, motion.error, motion.rounding, motion.defect
 
     return over_few(point, several, count, row, speed, gain)
 
 
 prepared_at = either_way(_prepared_at, "traits", "in_flight")
-with_errors = either_way(_with_errors, "densely", "several", "samples")
+with_errors = either_way(_with_errors, "densely", "several", "samples", "frequencies")
 
 
 def compile_longer(process: Process, points: int) -> bool:

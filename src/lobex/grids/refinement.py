@@ -261,6 +261,7 @@ class _Slab:
                 densely,
                 several,
                 self.whole.samples,
+                not self.whole.of_growth,
             )
             results = self.whole.programs.call((self.device, method.nodes, densely, size), compute)
             for target, result in zip(targets, results, strict=True):
