@@ -4,6 +4,7 @@ from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int, Real
@@ -20,14 +21,16 @@ from lobex.grids.evaluation import dominant_at_points
 from lobex.grids.node_counts import node_counts
 from lobex.grids.one_size import prepared_at
 from lobex.grids.refinement import SPEEDS
-from lobex.limits.growth import CONVERGED, SQUARINGS, Family, find_zero_growth
+from lobex.limits.growth import CONVERGED, SQUARINGS, Change, Family, find_zero_growth
 from lobex.limits.scan import Brackets
 from lobex.operators.duhamel import Duhamel
 from lobex.operators.elimination import inverse, pivoted_inverse
 from lobex.operators.operator import Method
+from lobex.operators.over_pieces import Pieces, marched
 from lobex.operators.response import samples_in_flight
 from lobex.processes.process import Process
 from lobex.results.codes import Kind
+from lobex.systems.mesh import mesh_of
 from lobex.systems.traits import traits_of
 
 # A second multiplier is in a tie where its log|μ| at the limit is above minus this.
@@ -177,16 +180,34 @@ _POLISHED = either_way(_polished, "densely")
 
 
 def _family(process: Process, method: Method, prepared: Any, speed: Number, densely: bool) -> Family:
-    if isinstance(method, Duhamel):
-        solve = pivoted_inverse if densely else inverse
+    if not isinstance(method, Duhamel):
 
-        def assembled(gain: Number) -> Float[Array, "N N"]:
+        def whole(gain: Number) -> tuple[Float[Array, "N N"], Change]:
+            def made(gain: Number) -> Float[Array, "N N"]:
+                return method.operator(process.system(speed, gain)).matrix
+
+            matrix, change = jax.jvp(made, (gain,), (jnp.ones_like(gain),))
+            return matrix, lambda vectors: change @ vectors
+
+        return whole
+    solve = pivoted_inverse if densely else inverse
+
+    def assembled(gain: Number) -> tuple[Float[Array, "N N"], Change]:
+        def responded(gain: Number) -> Pieces:
             system = process.system(speed, gain)
             mine = method.prepare(system) if prepared is None else prepared
-            return method.assemble(method.respond(mine, system, solve), system)
+            return method.respond(mine, system, solve)
 
-        return assembled
-    return lambda gain: method.operator(process.system(speed, gain)).matrix
+        system = process.system(speed, gain)
+        pieces, change = jax.jvp(responded, (gain,), (jnp.ones_like(gain),))
+
+        # The pieces' changes act on few vectors, which is less than to assemble that of the operator.
+        def along(vectors: Float[Array, "N p"]) -> Float[Array, "N p"]:
+            return jax.jvp(lambda pieces: marched(pieces, mesh_of(system), vectors).end, (pieces,), (change,))[1]
+
+        return method.assemble(pieces, system), along
+
+    return assembled
 
 
 def operator_family(process: Process, method: Method, speed: Number, gain: Number) -> tuple[Any, Family]:
@@ -244,6 +265,6 @@ def _rival(
 def label_densely(process: Process, method: Method, speed: Number, gain: Number) -> Label:
     """``Label`` of one point by the dense solver, for use under a caller's own transformations."""
     prepared, family = operator_family(process, method, speed, gain)
-    matrix = family(gain)
+    matrix, _ = family(gain)
     triple, none = dense.triple_by_eigensolver(matrix), jnp.zeros((), int)
     return _label(process, method, prepared, matrix, triple, speed, gain, none, densely=True)

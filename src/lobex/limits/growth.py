@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Bool, Complex, Float, Int
 
 from lobex._shapes import Number
 from lobex.floquet import dense, iteration, power
@@ -15,8 +15,10 @@ from lobex.grids.differentiated import radius
 from lobex.operators.operator import Method
 from lobex.processes.process import Process
 
-# The operator's matrix as a function of the gain.
-Family = Callable[[Number], Float[Array, "N N"]]
+# What a change of the gain makes of the operator's image of vectors.
+Change = Callable[[Float[Array, "N p"]], Float[Array, "N p"]]
+# The operator's matrix as a function of the gain, and its derivative.
+Family = Callable[[Number], tuple[Float[Array, "N N"], Change]]
 
 _NEWTON_STEPS = 10
 # A slope is good for steering Newton's method long before it is exact.
@@ -49,9 +51,13 @@ def growth_and_gradient(
 
 
 def _rate(triple: Triple, change: Float[Array, "N N"]) -> Float[Array, ""]:
-    """d log|μ| of a change dU of the operator: Re (wᵀ dU v)/(wᵀ v)/μ."""
+    return _rate_along(triple, change @ triple.right)
+
+
+def _rate_along(triple: Triple, moved: Complex[Array, " N"]) -> Float[Array, ""]:
+    """d log|μ| of a change dU of the operator, from dU v: Re (wᵀ dU v)/(wᵀ v)/μ."""
     value, right, left = triple
-    return ((left @ (change @ right)) / (left @ right) / value).real
+    return ((left @ moved) / (left @ right) / value).real
 
 
 class ZeroGrowth(NamedTuple):
@@ -94,7 +100,7 @@ def find_zero_growth(
     places, as well. NaN where the ends do not bracket.
 
     Args:
-        family: the operator's matrix, (N, N), at a gain.
+        family: the operator's matrix, (N, N), at a gain, and its derivative there.
         low, high: the bracket.
         ends: the growth at both.
         guess: where in it to begin.
@@ -107,12 +113,13 @@ def find_zero_growth(
 
     def step(state: _Search) -> _Search:
         count, low, high, gain, best = state
-        matrix, change = jax.jvp(family, (gain,), (jnp.ones_like(gain),))
+        matrix, change = family(gain)
         if densely:
             triple, residual = dense.triple_by_eigensolver(matrix), jnp.zeros_like(gain)
         else:
             triple, residual = power.triple_by_squaring(matrix, squarings)
-        value, slope = jnp.log(jnp.abs(triple.value)), _rate(triple, change)
+        value = jnp.log(jnp.abs(triple.value))
+        slope = _rate_along(triple, power.as_complex(change(power.as_pair(triple.right))))
         trusted = residual < _USABLE_RESIDUAL
         same = jnp.sign(value) == jnp.sign(start)
         low, high = jnp.where(trusted & same, gain, low), jnp.where(trusted & ~same, gain, high)
@@ -126,7 +133,7 @@ def find_zero_growth(
     def going(state: _Search) -> Bool[Array, ""]:
         return (state[0] < _NEWTON_STEPS) & ~(jnp.abs(state[4].growth) < _DONE) & (start * end < 0)
 
-    matrix = jax.eval_shape(family, low)
+    matrix = jax.eval_shape(lambda gain: family(gain)[0], low)
     nothing, vector = jnp.full_like(start, jnp.nan), jnp.zeros(matrix.shape[0], jnp.result_type(matrix.dtype, 1j))
     still = Triple(vector[0], vector, vector)
     none = ZeroGrowth(nothing, nothing, nothing, jnp.zeros(matrix.shape, matrix.dtype), still, nothing)

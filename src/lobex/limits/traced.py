@@ -86,7 +86,7 @@ def _by_operator(process: Process, speeds: Real[AnyArray, " lanes"], gains: np.n
         speed: Number,
     ) -> tuple[Float[Array, ""], Int[Array, ""], Float[Array, ""], Int[Array, ""], Float[Array, ""]]:
         _, family = operator_family(fixed[0], method, speed, jnp.asarray(gains[0]))
-        values = jax.vmap(lambda g: _growth_of(family(g)))(jnp.asarray(gains))
+        values = jax.vmap(lambda g: _growth_of(family(g)[0]))(jnp.asarray(gains))
         unstable = values >= 0
         first = jnp.argmax(unstable)
         before = jnp.maximum(first - 1, 0)
