@@ -44,6 +44,19 @@ def test_flags_make_the_same_cutter():
     same(process_for("lobes milling --helix 30,35 --teeth 2 --diameter 0.016").cutter.helix, np.deg2rad([30, 35]))
 
 
+def test_flags_and_files_make_the_same_serrated_cutter(tmp_path):
+    flags = "--teeth 2 --diameter 16mm --serration 0.3mm,2mm --serration-phase 0,180 --feed 0.1mm --directions 2"
+    process = process_for(f"lobes milling {flags}")
+    wave = lobex.Serration(0.3e-3, 2e-3, np.array([0.0, 180.0]))
+    same(process.cutter, lobex.Cutter.end_mill(0.016, teeth=2, serration=wave))
+    assert process.feed_per_tooth == pytest.approx(1e-4)
+    path = tmp_path / "rougher.toml"
+    table = 'serration = { amplitude = "0.3 mm", wave_length = "2 mm", phase_degrees = [0, 180] }'
+    path.write_text(EXAMPLE.read_text().replace("pitch_degrees = [70, 110, 70, 110]", f"teeth = 2\n{table}"))
+    same(lobex.read_tool(path)["cutter"].serration, wave)
+    assert process_for(f"lobes milling --tool {path} --feed 0.1mm").cutter.serrated
+
+
 def test_all_that_a_file_can_say(tmp_path):
     path = tmp_path / "all.toml"
     path.write_text(
@@ -153,6 +166,9 @@ def test_flags_that_say_the_same_twice_are_told(tmp_path):
         (f"--tool {EXAMPLE} --teeth 3", "drop one of the two"),
         (f"--tool {EXAMPLE} --helix 30", "drop one of the two"),
         (f"--tool {tmp_path}/none.toml", "cannot be read"),
+        ("--teeth 2 --serration 0.3mm", "serration = '0.3mm'; give amplitude and wave length, such as 0.3mm,2mm"),
+        ("--teeth 2 --serration-phase 0,180", r"serration_phase = \(0.0, 180.0\) without a serration"),
+        ("--teeth 2 --serration 0.3mm,2mm", "feed_per_tooth = None with a serrated cutter"),
         ("--teeth 3 --pitch 180,180", "teeth = 3 with 2 pitch angles"),
         ("--helix 30", "diameter = None with a helix"),
         ("--diameter 19.05cm", "is no length"),

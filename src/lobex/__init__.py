@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from lobex.processes.milling import Milling
     from lobex.processes.process_damping import ProcessDamping
     from lobex.processes.regenerative import Rub, Turning
+    from lobex.processes.serration import Serration
     from lobex.processes.speed_variation import SpeedVariation
     from lobex.processes.tool_file import read_tool
     from lobex.results.band import Band
@@ -135,6 +136,7 @@ _HOME = {
     "SemiDiscretization": "operators.semi_discretization",
     "Sensitivities": "results.sensitivities",
     "SpectrumMap": "results.spectrum_map",
+    "Serration": "processes.serration",
     "SpeedVariation": "processes.speed_variation",
     "Study": "studies.study",
     "SweepWarning": "_warnings",
@@ -226,6 +228,7 @@ __all__ = [
     "Scalar",
     "SemiDiscretization",
     "Sensitivities",
+    "Serration",
     "SpectrumMap",
     "SpeedVariation",
     "Study",

@@ -105,7 +105,7 @@ def _turning(process: Turning) -> TurningNumbers:
 def _milling(process: Milling) -> MillingNumbers:
     _refuse(process, ("angles",))
     cutter, usual = process.cutter, MillingNumbers()
-    for name in ("discs", "offset"):
+    for name in ("discs", "offset", "serration"):
         if getattr(cutter, name) is not None:
             raise ValueError(f"cutter has {name}, which a page has no numbers for")
     damping, varied = process.process_damping, process.speed_variation

@@ -146,6 +146,7 @@ def _check(process: Any) -> None:
     others = {
         "a helix": cutter.helix is not None,
         "runout": cutter.runout is not None,
+        "serrated teeth": cutter.serrated,
         "edges other than of an end mill": cutter.shaped or cutter.discs is not None,
         "process damping": process.process_damping is not None,
         "a speed that varies": process.speed_variation is not None,

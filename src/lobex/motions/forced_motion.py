@@ -127,6 +127,8 @@ def of_call(process: Process, method: Duhamel, spent: Stopwatch, traced: bool) -
 def check_forced_motion(process: Process, speed: Any, gain: Any, method: Any) -> Duhamel:
     """What is checked of every call that asks for motions; the method to find them by."""
     check_process(process)
+    if why := getattr(process, "without_motion", None):
+        raise ValueError(f"process = {type(process).__name__} {why}")
     spare_programs()
     if not isinstance(method, Auto | Duhamel):
         raise ValueError(f"method = {_checks.brief(method)} makes no orbit; give lobex.Duhamel() or leave it out")

@@ -238,10 +238,10 @@ class Duhamel:
 
     def forces(self, system: DelaySystem) -> Forces:
         """The coefficients at the nodes of every piece, (M, q, e, r), for scaled forces and outputs."""
-        mesh, points = mesh_of(system), gauss_nodes(self.count)[0]
+        mesh = mesh_of(system)
 
         def over(start: Number, length: Number) -> Forces:
-            return system.within(start + length / 2, start + length * points)
+            return system.at_nodes(start, length, self.count)
 
         return jax.tree.map(lambda part: _scale(system) * part, jax.vmap(over)(mesh.start, mesh.length))
 

@@ -29,6 +29,9 @@ _VARYING = 0.25
 # A bend of the force within a piece, in the derivative 2g + 2 after g generations of images of its jumps: of what it
 # adds to the last terms the nodes take the share that lies beyond twice their number, 2^−(2g + 1), for something else.
 _BENT = 0.25
+# Of a coefficient that stands for one which bends within pieces multipliers miss the product of what the nodes leave of
+# it and of y. A bound fitted to serrated teeth (tests/test_serration.py).
+_BENDING = 3.0
 # Above this the last terms tell nothing of the rest.
 _UNKNOWN = 0.1
 
@@ -122,6 +125,8 @@ def estimated_error(system: DelaySystem, contacts: InContact, value: Float[Array
     error = beyond * (_SMOOTH * beyond + _ROUGH * rough)
     if not system.to_nodes:
         error = error + tail * (_BOTH * force_tail + _BETWEEN / nodes**3)
+    elif system.bends:
+        error = error + _BENDING * tail * force_tail
     if any(map(varies, system.delays)):
         error = error + _VARYING * force_tail / nodes**2
     generations = seen_to_bend(system)

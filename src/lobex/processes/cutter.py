@@ -11,6 +11,7 @@ from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray, ArrayLike, Number
 from lobex.processes.discs import sliced, stacked
+from lobex.processes.serration import Serration, check_serration
 
 TURN = 2 * np.pi
 _MOST_TEETH, _MOST_DISCS = 1000, 1000
@@ -41,6 +42,7 @@ class Cutter:
             place of helix, corner and lead. None for none.
         offset: how far the axis of the teeth is from that of the spindle, m. None where they are one.
         offset_angle: at which it is, rad, from tooth 0 towards tooth 1; None for 0.
+        serration: a wave along the edges of a cylinder, all of one helix angle or straight; None for none.
     """
 
     teeth: int
@@ -54,6 +56,7 @@ class Cutter:
     offset: Number | None = None
     offset_angle: Number | None = None
     discs: Real[AnyArray, "discs 4"] | None = None
+    serration: Serration | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "teeth", _checks.integer("teeth", self.teeth, 1, _MOST_TEETH))
@@ -72,6 +75,13 @@ class Cutter:
         if self.helix is not None:
             self._check_helix(self.helix)
         self._check_profile()
+        if self.serration is not None:
+            check_serration(self.serration, self.teeth, self.diameter)
+            if self.shaped or not self.one_helix or self.offset is not None:
+                raise ValueError(
+                    "serration is of the edges of a cylinder; leave out corner, lead, discs and a helix angle a tooth, "
+                    "and give runout in place of an offset"
+                )
         object.__setattr__(self, "alike", self._repeats())
 
     @classmethod
@@ -87,6 +97,7 @@ class Cutter:
         offset_degrees: Number | None = None,
         corner_radius: Number | None = None,
         lead_degrees: Number | None = None,
+        serration: Serration | None = None,
     ) -> "Cutter":
         """A cylindrical end mill, angles in degrees.
 
@@ -100,11 +111,13 @@ class Cutter:
             offset_degrees: at which angle, from tooth 0 towards tooth 1; 0 where it is left out.
             corner_radius: of the corner, m; none of a sharp one. It takes a diameter.
             lead_degrees: from the face to the edge above the corner; 90 of a cylinder.
+            serration: a ``Serration`` of the edges; it takes one helix angle or none, and no corner, lead or offset.
 
         Raises:
             ValueError: unless either teeth or pitch angles are given, for angles that make no turn, helix angles that
                 are not from 0 to below 90, lead angles that are not above 0 and up to 90, helix angles and corners
-                without a diameter, and corners above the radius.
+                without a diameter, corners above the radius, and waves of a serration that are not those of the teeth
+                or not below the radius.
         """
         if (teeth is None) == (pitch_degrees is None):
             raise ValueError(
@@ -144,6 +157,7 @@ class Cutter:
             lead=lead,
             offset=offset,
             offset_angle=offset_degrees,
+            serration=serration,
         )
 
     @classmethod
@@ -250,6 +264,11 @@ class Cutter:
         return any(part is not None for part in (self.corner_radius, self.lead, self.discs))
 
     @property
+    def serrated(self) -> bool:
+        """Whether teeth meet what others than the one ahead have left."""
+        return self.serration is not None and self.alike < self.teeth
+
+    @property
     def one_helix(self) -> bool:
         """Whether the edges are straight or have the same helix."""
         return self.helix is None or np.ndim(self.helix) == 0
@@ -261,11 +280,15 @@ class Cutter:
 
     def _repeats(self) -> int:
         """How often the teeth repeat in a turn; once where that is not known. With edges of different helix, too."""
-        each = [part for part in (self.pitch, self.runout) if part is not None]
-        if not self.one_helix or self.offset is not None or _checks.is_traced(each):
+        each: list[Any] = [part for part in (self.pitch, self.runout) if part is not None]
+        if not self.one_helix or self.offset is not None or _checks.is_traced((each, self.serration)):
             return 1
+        if self.serration is not None:
+            each.append(self.serration.of_teeth(self.teeth))
         for count in range(1, self.teeth + 1):
-            shifted = all(np.allclose(part, np.roll(part, count), rtol=_SAME, atol=0) for part in each)
+            shifted = all(
+                np.allclose(part, np.roll(part, count), rtol=_SAME, atol=_SAME * np.max(np.abs(part))) for part in each
+            )
             if self.teeth % count == 0 and shifted:
                 return self.teeth // count
         return 1

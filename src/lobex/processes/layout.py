@@ -11,6 +11,7 @@ from lobex._float64 import at_once
 from lobex._shapes import Number
 from lobex.processes.cutter import Cutter
 from lobex.processes.engagement import parts_of
+from lobex.processes.serrated_cuts import bends_of, with_any_wave
 from lobex.processes.teeth import Parts
 from lobex.structures.modes_over_speed import ModesOverSpeed
 from lobex.structures.rotating_modes import AnyModes
@@ -26,6 +27,7 @@ class Layout(NamedTuple):
         parts: of a straight tooth's, in the cut or idle.
         shortest, longest: delay, in periods, or less and more.
         places: where pieces end, as ``known_places.places_that_matter`` says.
+        bends: of serrated teeth, places along a wave, see ``serrated_cuts.bends_of``.
         repeats, cycles: how often the teeth repeat, and in how many variations of the speed, until both come back.
     """
 
@@ -33,6 +35,7 @@ class Layout(NamedTuple):
     shortest: float = 0.0
     longest: float = 1.0
     places: Places | None = None
+    bends: int | None = None
     repeats: int = 1
     cycles: int = 1
 
@@ -47,11 +50,15 @@ _ROUNDING = 1e-6
 def layout_of(process: Any, arc: float | None) -> Layout:
     """What is known of a milling process' period, with the arc of its cut, rad, where that is, but for its places."""
     alike, varied = process.cutter.alike, process.speed_variation
-    layout = Layout(parts_of(arc, alike) if arc is not None and _straight(process.cutter) else None)
+    plain = _straight(process.cutter) and not process.cutter.serrated
+    layout = Layout(parts_of(arc, alike) if arc is not None and plain else None, bends=bends_of(process))
     if varied is not None:
         layout = layout._replace(**dict(zip(("repeats", "cycles"), varied.passes(alike), strict=True)))
     known = not _checks.is_traced(process.cutter.pitch) and process.cutter.one_helix
     bounds = (float(np.min(process.cutter.shares)), float(np.max(process.cutter.shares))) if known else (0.0, 1.0)
+    if process.cutter.serrated:
+        # What a tooth left may be met by itself.
+        bounds = bounds[0], 1.0
     if varied is not None:
         bounds = tuple(bound / layout.repeats for bound in varied.delay_range(*bounds))
     return layout._replace(shortest=bounds[0], longest=bounds[1])
@@ -73,14 +80,17 @@ def places_of(process: Any) -> Places | None:
     cutter, varied = process.cutter, process.speed_variation
     straight = _straight(cutter)
     known = not _checks.is_traced((cutter.pitch, process.tangential, process.normal, process.modes, varied))
-    steady = varied is None and (not straight or cutter.alike == cutter.teeth)
+    steady = varied is None and (not straight or cutter.alike == cutter.teeth) and not cutter.serrated
     # A measurement has no system, nor pieces.
     if not known or not cutter.one_helix or steady or hasattr(process.modes, "response"):
         return None
     with at_once():
-        system = process.system(_some_speed(process.modes), 1.0)
-        # With a helix they move with the depth.
-        return places_that_matter(system) if straight else places_by_angle(system, process.layout.repeats)
+        known_wave = with_any_wave(process) if cutter.serrated else process
+        system = known_wave.system(_some_speed(process.modes), 1.0)
+        # With a helix they move with the depth, unless they are tips alone.
+        if straight or cutter.serrated:
+            return places_that_matter(system)
+        return places_by_angle(system, process.layout.repeats)
 
 
 def layouts_by_depth(process: Any, depths: Float[np.ndarray, " p"]) -> Iterator[tuple[Layout, Bool[np.ndarray, " p"]]]:
@@ -88,7 +98,7 @@ def layouts_by_depth(process: Any, depths: Float[np.ndarray, " p"]) -> Iterator[
     for: those at which the places are in one order, which they keep between two of them. Some depths may be in none.
     """
     cutter, left = process.cutter, np.ones(np.shape(depths), dtype=bool)
-    moving = cutter.helix is not None and cutter.one_helix and process.speed_variation is None
+    moving = cutter.helix is not None and cutter.one_helix and process.speed_variation is None and not cutter.serrated
     if _checks.is_traced(process) or not moving:
         return
     speed = _some_speed(process.modes)

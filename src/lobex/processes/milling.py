@@ -24,6 +24,7 @@ from lobex.processes.layout import UNKNOWN, Layout, in_octaves, layout_of, layou
 from lobex.processes.process import check_point
 from lobex.processes.process_damping import ProcessDamping, check_damping, with_damping
 from lobex.processes.quantity import DEPTH_OF_CUT, SPEED_UNITS, Quantity
+from lobex.processes.serrated_cuts import check_serrated, serrated_cuts
 from lobex.processes.speed_variation import SpeedVariation, check_variation
 from lobex.processes.teeth import in_one_piece
 from lobex.processes.teeth_at_work import AtWork, Motion, at_work, working_edges
@@ -52,6 +53,9 @@ class Milling:
     analytical design method for milling cutters with nonconstant pitch to increase stability, J. Manuf. Sci. Eng. 125,
     2003).
 
+    Serrated teeth meet at every height and angle what one of those 1, 2, … pitches ahead left, or nothing, as
+    ``wave_cells`` says, for small motions around the chip of the feed.
+
     The period is what it takes until the teeth repeat: 1/(teeth · speed) where they are alike, a revolution where none
     is like another.
 
@@ -68,7 +72,8 @@ class Milling:
         speed_unit: as of ``Rub``.
         feed_per_tooth: f_z, m, the mean of all teeth, each of which takes its share by its pitch angle: the chip is
             f_z sin φ thick without vibration, and that of a runout more. It is the forcing of ``orbit``, and has no
-            part in multipliers and limits; no tooth leaves the cut for it. None where no motion is asked for.
+            part in multipliers and limits; no tooth leaves the cut for it. None where no motion is asked for. Serrated
+            teeth meet one another by it: of them multipliers and limits ask for it, and there is no motion.
         heights: of teeth with a helix angle each, points along the part of each edge in the cut, by Gauss' rule; a
             warning tells where they may be too few, since ``error`` knows of the nodes in time alone.
         process_damping: a ``ProcessDamping`` of every tooth in the cut, of a cutter with a diameter; what ``orbit``
@@ -182,6 +187,13 @@ class Milling:
         return cylinder and self.speed_variation is None and self.modes.directions < 3
 
     @property
+    def without_motion(self) -> str | None:
+        """Why there is no periodic motion of it, in words; None where there is one."""
+        if not self.cutter.serrated:
+            return None
+        return "has serrated teeth, whose forced motion is not known; ask for limits, or leave the serration out"
+
+    @property
     def passes(self) -> int:
         """Tooth passes per revolution."""
         return self.teeth
@@ -254,15 +266,18 @@ class Milling:
         """The delay system at one spindle speed (revolutions per second) and one depth of cut (m)."""
         check_point(self, speed, gain)
         check_modes(self.modes, over_speed=True)
-        teeth = list(teeth_of(self, gain))
-        cuts = [term for tooth in teeth for term in (*tooth.cuts(), *tooth.steps())]
-        cuts += standing(self, teeth)
+        if self.cutter.serrated:
+            cuts, teeth = list(serrated_cuts(self, gain)), []
+        else:
+            teeth = list(teeth_of(self, gain))
+            cuts = [term for tooth in teeth for term in (*tooth.cuts(), *tooth.steps())]
+            cuts += standing(self, teeth)
         layout, varied = self.layout, self.speed_variation
         known = {"longest": layout.longest, "shortest": layout.shortest, "places": layout.places}
         turns = layout.repeats, layout.cycles
         system = modal_system(self.modes.at(speed), 1 / (self.cutter.alike * speed), tuple(cuts))
         system = replace(system, **known) if varied is None else varied.acting_on(system, *turns, **known)
-        if self.feed_per_tooth is not None:
+        if self.feed_per_tooth is not None and not self.cutter.serrated:
             system = with_feed(system, layout.repeats * len(teeth) * self.feed_per_tooth)
         if self.process_damping is None:
             return system
@@ -335,6 +350,7 @@ def _check(process: Milling) -> float | None:
     check_damping(process.process_damping, process.cutter.diameter, process.modes)
     check_variation(process.speed_variation)
     check_modes(process.modes, measured=True, over_speed=True)
+    check_serrated(process)
     if process.modes.directions not in (1, 2, 3):
         raise ValueError(f"modes has {process.modes.directions} contact directions; milling takes 1, 2 or 3")
     return arc_of(process)

@@ -9,6 +9,7 @@ from lobex import _checks
 from lobex.processes.cutter import Cutter
 from lobex.processes.cutting_force import CuttingForce
 from lobex.processes.process_damping import ProcessDamping
+from lobex.processes.serration import Serration
 from lobex.processes.speed_variation import SpeedVariation
 from lobex.processes.tables_of_file import known, made, read_tables
 from lobex.structures.modes import Modes
@@ -24,10 +25,10 @@ def read_tool(path: str | os.PathLike[str]) -> dict[str, Any]:
     """What a TOML file says of a tool: arguments of ``Milling`` and, but for the cutter, of ``Turning``.
 
     The tables are ``[cutter]`` (``shape``, one of the factories of ``Cutter`` and "end_mill" by default, and what that
-    takes), ``[[modes]]`` (``axis`` "x", "y" or "z", and what ``Modes.from_table`` takes; ``of = "workpiece"`` for those
-    of the other end), ``[force]`` (of ``CuttingForce``, or with ``law = "angle"`` or ``"kienzle"`` of
-    ``CuttingForce.from_angle`` and ``.kienzle``), ``[process_damping]`` and ``[speed_variation]``. Lengths are metres,
-    or text such as "19.05 mm"; all else is as in Python.
+    takes, its ``serration`` as a table of ``Serration``), ``[[modes]]`` (``axis`` "x", "y" or "z", and what
+    ``Modes.from_table`` takes; ``of = "workpiece"`` for those of the other end), ``[force]`` (of ``CuttingForce``, or
+    with ``law = "angle"`` or ``"kienzle"`` of ``CuttingForce.from_angle`` and ``.kienzle``), ``[process_damping]`` and
+    ``[speed_variation]``. Lengths are metres, or text such as "19.05 mm"; all else is as in Python.
 
     Args:
         path: of the file.
@@ -55,7 +56,12 @@ def _cutter(table: dict[str, Any]) -> Cutter:
     _checks.choice("shape", shape, _SHAPES)
     own = getattr(Cutter, shape)
     takes = set(inspect.signature(own).parameters) | set(inspect.signature(Cutter.end_mill).parameters)
-    return _made(own, {name: value for name, value in table.items() if name != "shape"}, takes - {"edges"})
+    given = {name: value for name, value in table.items() if name != "shape"}
+    if "serration" in given:
+        if not isinstance(given["serration"], dict):
+            raise ValueError("serration is no table; write [cutter.serration]")
+        given["serration"] = made(Serration, given["serration"], ("amplitude", "wave_length"))
+    return _made(own, given, takes - {"edges"})
 
 
 def _force(table: dict[str, Any]) -> CuttingForce:

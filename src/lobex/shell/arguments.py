@@ -162,6 +162,12 @@ class Edges:
     """Angles from each tooth to the next, degrees, of one turn together, such as 70,110,70,110."""
     helix: Annotated[tuple[float, ...], Values, _none_given("straight teeth")] = ()
     """Helix angle, degrees: one of all teeth, or one of each."""
+    serration: Annotated[str | None, tyro.conf.arg(metavar="LENGTH,LENGTH", help_behavior_hint="(default: none)")] = (
+        None
+    )
+    """Amplitude and wave length of serrated edges, m, or with units, such as 0.3mm,2mm; they ask for --feed."""
+    serration_phase: Annotated[tuple[float, ...], Values, _none_given("equal parts of a wave")] = ()
+    """Phase of each tooth's wave, degrees, such as 0,180."""
 
 
 _ToolFile = Annotated[str | None, file_of("tool")]
@@ -195,6 +201,8 @@ class Milling:
     normal: float = 2e8
     """Normal specific cutting force K_n, N/m²."""
     edges: Edges = Edges()
+    feed: Annotated[str | None, tyro.conf.arg(metavar="LENGTH", help_behavior_hint="(default: none)")] = None
+    """Feed per tooth, m, or with a unit, such as 0.1mm; serrated edges ask for it."""
     tool: Tool = Tool()
     across: Across = Across()
     measured: MeasuredInPlane = _IN_PLANE

@@ -77,7 +77,15 @@ def process_of(flags: Any) -> Any:
         normal=flags.normal,
         radial_immersion=flags.radial_immersion,
         direction=flags.direction,
+        feed_per_tooth=_feed(flags),
     )
+
+
+def _feed(flags: arguments.Milling) -> float | None:
+    """Feed per tooth, m; None where none is given."""
+    from lobex._lengths import metres
+
+    return None if flags.feed is None else metres("feed", flags.feed)
 
 
 def _of_blade_file(flags: Any) -> Any:
@@ -126,7 +134,8 @@ def _of_file(flags: Any, others: dict[str, Any]) -> Any:
         return lobex.Turning(**said, diameter=None if cutter is None else cutter.diameter)
     if "cutter" not in said:
         raise ValueError(f"tool = {flags.tool_file!r} has no [cutter]; milling takes one")
-    return lobex.Milling(**said, radial_immersion=flags.radial_immersion, direction=flags.direction)
+    cut = {"radial_immersion": flags.radial_immersion, "direction": flags.direction, "feed_per_tooth": _feed(flags)}
+    return lobex.Milling(**said, **cut)
 
 
 def _cutter(flags: arguments.Milling) -> Any:
@@ -145,7 +154,24 @@ def _cutter(flags: arguments.Milling) -> Any:
         teeth=None if edges.pitch else teeth or 1,
         pitch_degrees=edges.pitch or None,
         helix_degrees=helix,
+        serration=_serration(edges),
     )
+
+
+def _serration(edges: arguments.Edges) -> Any:
+    """The wave along the edges; None of smooth ones."""
+    import lobex
+    from lobex._lengths import metres
+
+    if edges.serration is None:
+        if edges.serration_phase:
+            raise ValueError(f"serration_phase = {edges.serration_phase} without a serration; give --serration, too")
+        return None
+    parts = edges.serration.split(",")
+    if len(parts) != 2:
+        raise ValueError(f"serration = {edges.serration!r}; give amplitude and wave length, such as 0.3mm,2mm")
+    amplitude, wave_length = (metres("serration", part) for part in parts)
+    return lobex.Serration(amplitude, wave_length, np.array(edges.serration_phase) if edges.serration_phase else None)
 
 
 def _tool_modes(tool: arguments.Tool, across: Mapping[str, Any] | None = None) -> Any:

@@ -176,8 +176,7 @@ def _acts(system: DelaySystem, phase: Float[np.ndarray, "K k"]) -> Bool[np.ndarr
 @compiled_for("delays")
 def acting_at(system: DelaySystem, phase: Float[Array, "K k"], delays: tuple[int, ...]) -> Bool[Array, "K k"]:
     """Whether forces of the delays act, each at phases of its own."""
-    acting = [system.at(one).delayed[delay] for delay, one in zip(delays, phase, strict=True)]
-    return jnp.stack([jnp.any(part != 0, axis=(1, 2)) for part in acting])
+    return jnp.stack([system.acting(delay, one) for delay, one in zip(delays, phase, strict=True)])
 
 
 def _distinct(places: list[_Place]) -> list[_Place]:

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, NamedTuple, Protocol, runtime_checkable
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from lobex._namespace import namespace
 from lobex._pytree import pytree
@@ -84,6 +84,19 @@ def jumps_of(coefficient: "Coefficient") -> Jumps | None:
         return None
     place = lib.stack([lib.asarray(start, dtype=lib.result_type(float)) for start in starts])
     return Jumps(place, np.arange(len(starts)) > 0)
+
+
+@runtime_checkable
+class Bending(Protocol):
+    """A coefficient that bends, or jumps a little, at more places within a piece than could end one."""
+
+    def nearest(self, start: Number, length: Number, nodes: int) -> Float[AnyArray, "q e r"]:
+        """At Gauss' nodes of a piece: of the polynomial through as many that is nearest to it all along."""
+        ...
+
+    def acts(self, phase: Float[AnyArray, " k"]) -> Bool[AnyArray, " k"]:
+        """Whether it may be other than zero at phases, (k,), or near them."""
+        ...
 
 
 @runtime_checkable
@@ -240,6 +253,24 @@ def gauss_nodes(nodes: int) -> tuple[np.ndarray, np.ndarray]:
     """Gauss-Legendre nodes and weights on [0, 1]."""
     points, weights = np.polynomial.legendre.leggauss(nodes)
     return (points + 1) / 2, weights / 2
+
+
+def at_nodes(coefficient: Coefficient, start: Number, length: Number, nodes: int) -> Float[AnyArray, "q e r"]:
+    """A coefficient at Gauss' nodes of a piece, (q, e, r): what stands for it all along."""
+    if isinstance(coefficient, Framed):
+        return coefficient.left @ at_nodes(coefficient.inner, start, length, nodes) @ coefficient.right
+    if isinstance(coefficient, Following):
+        return at_nodes(coefficient.inner, start, length, nodes)
+    if isinstance(coefficient, Bending):
+        return coefficient.nearest(start, length, nodes)
+    return coefficient.within(start + length / 2, start + length * gauss_nodes(nodes)[0])
+
+
+def bending_of(coefficient: Coefficient) -> Bending | None:
+    """What bends within pieces of a coefficient; None where nothing does."""
+    while isinstance(coefficient, Framed | Following):
+        coefficient = coefficient.inner
+    return coefficient if isinstance(coefficient, Bending) else None
 
 
 def in_period(phase: Float[AnyArray, "..."]) -> Float[AnyArray, "..."]:

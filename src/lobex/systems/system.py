@@ -15,7 +15,7 @@ from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray, Number
 from lobex.structures.modes import Modes, check_modes
-from lobex.systems.coefficients import Coefficient, Framed, OneChip
+from lobex.systems.coefficients import Coefficient, Framed, OneChip, at_nodes, bending_of
 from lobex.systems.delays import Delay, WholePeriod
 from lobex.systems.links import Link
 from lobex.systems.terms import Distributed, Feedback, Forcing, Regenerative, Term
@@ -170,6 +170,11 @@ class DelaySystem:
         return self.repeats or self.closed is not None
 
     @property
+    def bends(self) -> bool:
+        """Whether a coefficient of the feedback bends within pieces."""
+        return any(bending_of(term.coefficient) is not None for term in self.feedback)
+
+    @property
     def chips(self) -> tuple[OneChip, ...]:
         """Of each of ``delays`` the coefficient, where all of them are of one chip each, met node to node, and forces
         have more than one component; none else.
@@ -199,6 +204,22 @@ class DelaySystem:
     def within(self, inside: Number, phase: Float[AnyArray, " k"]) -> Forces:
         """All coefficients at phases (k,) of the piece that holds the phase ``inside``."""
         return self._forces(lambda coefficient: coefficient.within(inside, phase))
+
+    def at_nodes(self, start: Number, length: Number, nodes: int) -> Forces:
+        """All coefficients at Gauss' nodes of a piece."""
+        return self._forces(lambda coefficient: at_nodes(coefficient, start, length, nodes))
+
+    def acting(self, delay: int, phase: Float[AnyArray, " k"]) -> Bool[AnyArray, " k"]:
+        """Whether forces of one of ``delays`` act at phases, (k,)."""
+        own = [term for term in self.feedback if term.delay is not None]
+        whole = [term for term in own if isinstance(term.delay, WholePeriod)]
+        others = [[term] for term in own if not isinstance(term.delay, WholePeriod)]
+        acting = jnp.zeros(np.shape(phase), dtype=bool)
+        for term in ([whole] * bool(whole) + others)[delay]:
+            bending = bending_of(term.coefficient)
+            acts = jnp.any(term.coefficient.at(phase) != 0, axis=(1, 2)) if bending is None else bending.acts(phase)
+            acting = acting | acts
+        return acting
 
     def at(self, phase: Float[AnyArray, " k"]) -> Forces:
         """All coefficients at any phases (k,), jumps included."""
