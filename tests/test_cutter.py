@@ -342,3 +342,11 @@ def test_process_damping_of_turning_is_that_of_independent_codes():
 def test_process_damping_asks_for_a_diameter(call, message):
     with refused(match=message):
         call()
+
+
+def test_an_uneven_helical_tool_that_takes_more_than_there_is_is_refused_before_computing(monkeypatch):
+    cutter = lobex.Cutter.end_mill(0.02, pitch_degrees=[81, 97, 86, 96], helix_degrees=30)
+    process = lobex.Milling(PLANE, cutter, KT, KN, 0.5)
+    monkeypatch.setattr("lobex._memory.available_memory", lambda: 10**8)
+    with refused(match=r"nodes = 36 in each of the \d+ pieces of a period: they would need .* give fewer by lobex.Duh"):
+        lobex.spectral_radius(process, 50.0, 2e-3, lobex.Duhamel(nodes=36))

@@ -10,10 +10,12 @@ import numpy as np
 from tqdm import tqdm
 
 from lobex._batches import FirstAlone, side_by_side
+from lobex._memory import available_memory, check_memory
 from lobex.grids.dominant import Dominant
 from lobex.grids.node_counts import MANY, node_counts, turn_of
 from lobex.grids.one_size import FEWEST, few_of_each, prepared_at, with_errors
 from lobex.operators.duhamel import Duhamel
+from lobex.operators.prepared import bytes_between
 from lobex.operators.response import kernel_samples, samples_in_flight
 from lobex.processes.process import Process
 from lobex.systems.mesh import mesh_of
@@ -78,6 +80,7 @@ class Refinement:
         accuracy = max(self.method.tolerance, self.of_growth * _GROWTH)
         points = np.bincount(row, minlength=len(speeds))
         self.sizes, start, last = node_counts(self.process, self.method, speeds, points, self.followed, accuracy)
+        start, last = self._in_memory(start, last, speeds[0], gain[0])
         self.in_flight = samples_in_flight(self.process.system(np.min(speeds), 0.0))
         if self.traits.structure_by_gain:
             self.samples = samples_at(self.process, speeds, gain)
@@ -99,6 +102,23 @@ class Refinement:
                 densely[mine] = slab.densely
                 bar.update(len(mine))
         return Dominant(multiplier, frequency, error, nodes, densely)
+
+    def _in_memory(
+        self, start: np.ndarray, last: np.ndarray, speed: float, gain: float
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The sizes to begin and to end with, of those for which there is memory.
+
+        Raises:
+            ValueError: where there is none for a single point of the least of them.
+        """
+        system = self.process.system(speed, gain)
+        needed = [bytes_between(system, nodes) for nodes in self.sizes]
+        least = int(np.min(start))
+        pieces = mesh_of(system).pieces
+        what = f"nodes = {self.sizes[least]} in each of the {pieces} pieces of a period"
+        check_memory(what, needed[least], "give fewer by lobex.Duhamel(nodes=…), or angles that repeat within a turn")
+        most = max(int(np.sum(np.array(needed) <= available_memory())) - 1, least)
+        return np.minimum(start, most), np.minimum(last, most)
 
     def _rehearsals(self, start: np.ndarray, speed: float, gain: float) -> list[Callable[[], object]]:
         """Calls that compile, side by side, what many points need: the sizes begun with, or the one and the next."""

@@ -120,6 +120,15 @@ def _looked_up(
     return left.reshape(-1, *jnp.shape(left)[2:]), brought[:, history] if mesh.recent else None
 
 
+def bytes_between(system: DelaySystem, nodes: int) -> int:
+    """What delays bring between nodes takes at one point, at least, in bytes; none where they bring nodes to nodes."""
+    mesh = mesh_of(system)
+    if mesh.to_nodes:
+        return 0
+    brought = nodes * np.shape(system.recalled)[1] * (system.state_size + nodes * system.force_size)
+    return 8 * mesh.pieces * (mesh.history + 1) * len(system.delays) * brought
+
+
 def points_between(nodes: int) -> np.ndarray:
     """Where what happens between ``nodes`` is sampled, as places from 0 to 1."""
     return gauss_nodes(_FINER * nodes + _MORE)[0]
