@@ -200,7 +200,8 @@ def quickness(blocks: Float[AnyArray, "n s s"]) -> Float[AnyArray, " n"]:
 def _largest_eigenvalue(blocks: Float[AnyArray, "n s s"]) -> Float[AnyArray, " n"]:
     """A bound of |λ| over the eigenvalues of each block, by squaring, (n,)."""
     lib = namespace(blocks)
-    bound, power = 1.0, blocks
+    bound: Any = 1.0
+    power: Any = blocks
     for doubled in range(_SQUARINGS + 1):
         norm = lib.sqrt(lib.sum(power**2, axis=(1, 2)))
         bound = bound * norm ** (0.5**doubled)
