@@ -61,7 +61,7 @@ def serrated_cuts(process: Any, depth: Number) -> Iterator[Regenerative]:
         if even:
             yield Regenerative(Following(force(every, ahead)), Share(ahead / count))
             continue
-        since = sum(lib.roll(shares, -other) for other in range(ahead))
+        since: Any = sum(lib.roll(shares, -other) for other in range(ahead))
         for tooth in range(count):
             yield Regenerative(Following(force(slice(tooth, tooth + 1), ahead)), Share(since[tooth]))
 
