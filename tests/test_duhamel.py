@@ -193,6 +193,7 @@ def test_a_present_force_without_the_gain_is_taken_in_once_and_for_all():
     assert np.asarray(once) == pytest.approx(np.asarray(each), rel=1e-12, abs=1e-13)
 
 
+@pytest.mark.slow
 def test_chips_without_the_gain_are_taken_in_once_and_for_all():
     modes = lobex.Modes.from_table(
         frequency=[510.0, 525.0], damping_ratio=[0.02, 0.022], mass=[0.5, 0.55], direction=["x", "y"]

@@ -261,6 +261,7 @@ def test_a_saved_chart_names_its_functions_and_does_not_make_them_again(tmp_path
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("more", [1e-3, -1e-3])
 def test_a_delay_that_leaves_its_range_between_the_ends_is_no_number_and_counted(more):
     process = replace(hayes(-1.0), delayed=hayes(-1.0, more).delayed)

@@ -68,6 +68,7 @@ def test_mean_forces_on_what_every_tooth_left_are_those_of_brute_force():
     assert np.max(np.abs(found - wanted)) < 5e-4 * np.max(np.abs(wanted))
 
 
+@pytest.mark.slow
 def test_a_random_tool_is_as_brute_force_has_it():
     process = serrated(RANDOM, 3, 30.0, runout=RUNOUT)
     wanted = _extrapolated(described(process, 30.0))

@@ -200,6 +200,7 @@ def test_a_stage_in_a_casing_looks_the_same_from_every_blade():
     assert abs(other / own - 1) > 1e-6
 
 
+@pytest.mark.slow
 def test_mistuning_that_vanishes_leaves_the_limit_of_equal_blades():
     """Found by the waves that equal blades move in, and by all of them together: to the square of what adds to zero."""
     exact, none, some, less = (
