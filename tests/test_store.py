@@ -171,33 +171,6 @@ def test_another_study_is_refused_by_its_first_difference(changes, words, folder
     assert contents(folder) == before
 
 
-def test_a_study_whose_first_chunk_is_refused_leaves_its_folder_to_the_next(tmp_path):
-    """By the verb, which finds out what a chunk is of as it begins with it."""
-    folder = tmp_path / "study"
-
-    def scalar(numbers):
-        return lobex.Rub(lobex.Rod(1).modes(numbers["ratio"]))
-
-    def refuses(numbers):
-        raise ValueError("no chunk today")
-
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(charts.grids, "sweep", lambda *args, **kwargs: refuses(args))
-        with pytest.raises(ValueError, match="no chunk today"):
-            lobex.sweep(scalar, SPEED, GAIN, METHOD, over={"ratio": [0.02, 0.03]}, store=folder)
-    assert list(folder.iterdir()) == []
-    # Of what is there already nothing is dropped.
-    lobex.sweep(scalar, SPEED, GAIN, METHOD, over={"ratio": [0.04, 0.05]}, store=folder)
-    before = contents(folder)
-    chunks(folder)[0].unlink()
-    with pytest.MonkeyPatch.context() as patched:
-        patched.setattr(charts.grids, "sweep", lambda *args, **kwargs: refuses(args))
-        with pytest.raises(ValueError, match="no chunk today"):
-            lobex.sweep(scalar, SPEED, GAIN, METHOD, over={"ratio": [0.04, 0.05]}, store=folder)
-    assert len(contents(folder)) == len(before) - 1
-    assert (folder / "manifest.json").is_file()
-
-
 def test_another_model_verb_or_version_is_refused(folder, monkeypatch):
     heavier = lobex.Rub(lobex.Rod(2, density=5000.0).modes(0.03))
     with pytest.raises(ValueError, match=r"model.first.modes.angular_frequency\[0\] = "):

@@ -106,11 +106,7 @@ def run_study(
             manifest = manifest_of(plan, task.verb, task.variation.describe(), task.settings, task.speed)
             shared = Store.begin(store, manifest)
             work = _Work(task, shared.plan, engine, shared, progress)
-            try:
-                work.complete(shared)
-            except ValueError:
-                shared.give_up()
-                raise
+            work.complete(shared)
             study = Study.open(store)
         work.collected.say(work.plan.chunks, _STACK)
         if further:

@@ -70,7 +70,7 @@ class Store:
     """An open store: ``Store.open`` for what is there, ``Store.begin`` for a study that is to be computed."""
 
     def __init__(self, folder: Path, manifest: dict[str, Any]) -> None:
-        self.folder, self.manifest, self.begun = folder, manifest, False
+        self.folder, self.manifest = folder, manifest
         self.plan = manifests.plan_in(manifest)
         self.place = Place(folder.absolute(), manifests.identity(manifest))
 
@@ -106,7 +106,6 @@ class Store:
         place = _checks.place("store", folder, "a folder")
         if not str(folder) or (place.exists() and not place.is_dir()):
             raise ValueError(f"store = {str(folder)!r} is not a folder; give the folder that the study goes to")
-        begun = False
         try:
             place.mkdir(parents=True, exist_ok=True)
             if not (place / MANIFEST).exists():
@@ -116,24 +115,17 @@ class Store:
                         f"store = {str(folder)!r} is not empty and has no {MANIFEST}; restore that file, or give a "
                         "new or empty folder"
                     )
-                begun = _write_once(place / MANIFEST, manifests.encode(manifest))
+                _write_once(place / MANIFEST, manifests.encode(manifest))
         except OSError as error:
             _cannot_write(place, error)
         # What is there now may be another process', which began at the same time.
         store = cls.open(place)
-        store.begun = begun
         difference = manifests.first_difference(store.manifest, manifest)
         if difference:
             raise ValueError(
                 f"store = {str(folder)!r} holds another study: {difference}; give another folder or the same study"
             )
         return store
-
-    def give_up(self) -> None:
-        """Leave an empty folder where this process began a study that is refused, so that another may begin there."""
-        if self.begun and not self.present():
-            with suppress(OSError):
-                (self.folder / MANIFEST).unlink(missing_ok=True)
 
     def present(self) -> dict[int, str]:
         """The file of every chunk that is there, by number. Of a chunk that two processes wrote, one."""
@@ -229,20 +221,18 @@ def _write(target: Path, content: bytes, *, once: bool = False) -> None:
             partial.unlink(missing_ok=True)
 
 
-def _write_once(target: Path, content: bytes) -> bool:
-    """Write a file that only one of several processes may begin; whether it was this one."""
+def _write_once(target: Path, content: bytes) -> None:
+    """Write a file that only one of several processes may begin."""
     try:
         _write(target, content, once=True)
     except FileExistsError:
-        return False
+        return
     except OSError as error:
         if error.errno not in _NO_LINKS:
             raise
         # A file system without links: two that begin in the same instant write the same but for the layout.
-        if target.exists():
-            return False
-        _write(target, content)
-    return True
+        if not target.exists():
+            _write(target, content)
 
 
 def _sync_folder(folder: Path) -> None:
