@@ -62,7 +62,7 @@ def stretches(curve: ReceptanceCurve) -> Stretches:
     return _ordered(curve, row, offset)
 
 
-def _ordered(curve: ReceptanceCurve, row: Int[AnyArray, " points"], offset: Float[AnyArray, " points"]) -> Stretches:
+def _ordered(curve: ReceptanceCurve, row: Int[AnyArray, " *points"], offset: Float[AnyArray, " *points"]) -> Stretches:
     lib = namespace(row, offset)
     response, slope, _ = curve.at(row, offset)
     middle, _, _ = curve.at(row[1:], (offset[1:] + offset[:-1]) / 2)
@@ -89,11 +89,11 @@ def _ordered(curve: ReceptanceCurve, row: Int[AnyArray, " points"], offset: Floa
 
 def _zeros(
     curve: ReceptanceCurve,
-    row: Int[AnyArray, " points"],
-    offset: Float[AnyArray, " points"],
+    row: Int[AnyArray, " *points"],
+    offset: Float[AnyArray, " *points"],
     function: Callable[
-        [Complex[AnyArray, " points"], Complex[AnyArray, " points"], Complex[AnyArray, " points"]],
-        Float[AnyArray, " points"],
+        [Complex[AnyArray, " *points"], Complex[AnyArray, " *points"], Complex[AnyArray, " *points"]],
+        Float[AnyArray, " *points"],
     ],
 ) -> tuple[Int[AnyArray, " zeros"], Float[AnyArray, " zeros"], Float[AnyArray, " zeros"]]:
     """Row, offset and interval width of the zeros of a function of (G, G′, G″); where JAX traces them, repeats of a
@@ -119,7 +119,7 @@ def _zeros(
 
 def _merged(
     *points: tuple[Int[AnyArray, " _"], Float[AnyArray, " _"]],
-) -> tuple[Int[AnyArray, " points"], Float[AnyArray, " points"]]:
+) -> tuple[Int[AnyArray, " *points"], Float[AnyArray, " *points"]]:
     lib = namespace(points)
     row, offset = (lib.concatenate(parts) for parts in zip(*points, strict=True))
     order = lib.lexsort((offset, row))
@@ -127,12 +127,12 @@ def _merged(
 
 
 def _real_part(
-    response: Complex[AnyArray, " points"], slope: Complex[AnyArray, " points"], bend: Complex[AnyArray, " points"]
-) -> Float[AnyArray, " points"]:
+    response: Complex[AnyArray, " *points"], slope: Complex[AnyArray, " *points"], bend: Complex[AnyArray, " *points"]
+) -> Float[AnyArray, " *points"]:
     return response.real
 
 
 def _real_slope(
-    response: Complex[AnyArray, " points"], slope: Complex[AnyArray, " points"], bend: Complex[AnyArray, " points"]
-) -> Float[AnyArray, " points"]:
+    response: Complex[AnyArray, " *points"], slope: Complex[AnyArray, " *points"], bend: Complex[AnyArray, " *points"]
+) -> Float[AnyArray, " *points"]:
     return slope.real
