@@ -16,7 +16,7 @@ from typing import NamedTuple
 from machine import machine
 
 HERE = Path(__file__).parent
-ROUNDS = 5
+ROUNDS = 3
 LIMIT = "import numpy, lobex; lobex.exact_limit(lobex.Rub(lobex.Rod(5).modes(0.03)), numpy.linspace(50, 400, 1000))"
 CHART, AGAIN, COLD = (
     "`lobex lobes rub`, nothing in the cache folder",
