@@ -160,9 +160,15 @@ class DelaySystem:
     @property
     def delays(self) -> tuple[Delay, ...]:
         """The delays, those of the whole period as one that comes first."""
-        every = [term.delay for term in self.feedback if term.delay is not None]
-        others = [delay for delay in every if not isinstance(delay, WholePeriod)]
-        return (*[WholePeriod()] * (len(others) < len(every)), *others)
+        return tuple(delay for delay, _ in self._delayed)
+
+    @property
+    def _delayed(self) -> tuple[tuple[Delay, tuple[Feedback, ...]], ...]:
+        """Each of ``delays`` with the terms that have it."""
+        own = [term for term in self.feedback if term.delay is not None]
+        whole = tuple(term for term in own if isinstance(term.delay, WholePeriod))
+        others = [(term.delay, (term,)) for term in own if not isinstance(term.delay, WholePeriod)]
+        return (*[(WholePeriod(), whole)] * bool(whole), *others)
 
     @property
     def to_nodes(self) -> bool:
@@ -211,11 +217,8 @@ class DelaySystem:
 
     def acting(self, delay: int, phase: Float[AnyArray, " k"]) -> Bool[AnyArray, " k"]:
         """Whether forces of one of ``delays`` act at phases, (k,)."""
-        own = [term for term in self.feedback if term.delay is not None]
-        whole = [term for term in own if isinstance(term.delay, WholePeriod)]
-        others = [[term] for term in own if not isinstance(term.delay, WholePeriod)]
         acting = jnp.zeros(np.shape(phase), dtype=bool)
-        for term in ([whole] * bool(whole) + others)[delay]:
+        for term in self._delayed[delay][1]:
             bending = bending_of(term.coefficient)
             acts = jnp.any(term.coefficient.at(phase) != 0, axis=(1, 2)) if bending is None else bending.acts(phase)
             acting = acting | acts
