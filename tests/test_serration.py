@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import lobex
+from lobex.processes.plausible import implausible
 from lobex.processes.serrated_cuts import lines_of
 from lobex.processes.wave_cells import angles_met, bends, cells_up_to, waves_for
 from problems import KN, KT, PLANE
@@ -182,6 +183,13 @@ def test_waves_stand_for_all_of_them(count):
 def test_what_is_no_wave_of_a_cutter_is_refused(wave, message):
     with refused(match=message):
         serrated(RANDOM | wave, 3)
+
+
+@pytest.mark.parametrize(("name", "given"), [("wave_length", 1.7), ("amplitude", 0.0079)])
+def test_a_wave_in_millimetres_is_told_of(name, given):
+    told = implausible(serrated(RANDOM | {name: given}, 3), [SPEED], [DEPTH])
+    assert [f"{name} = {given:.6g} m is more than any tool has" in message for message in told] == [True]
+    assert not implausible(serrated(RANDOM, 3), [SPEED], [DEPTH])
 
 
 def test_what_serrated_cutters_do_not_take_is_refused():

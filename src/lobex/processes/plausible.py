@@ -26,6 +26,7 @@ _THICK, _NO_LIMIT = 0.1, 1.0
 _SOFTEST, _HARDEST = 1e6, 1e11
 # And so are the chips and the runout that a tooth has, and the diameter of its cutter and its corner.
 _CHIP, _OTHERS = 0.01, {"runout": 0.001, "offset": 0.001, "diameter": 1.0, "corner_radius": 0.5}
+_OTHERS |= {"amplitude": 0.005, "wave_length": 0.1}
 
 
 def warn_of_implausible(process: Any, speed: Any, gain: Any = None) -> None:
@@ -47,6 +48,8 @@ def implausible(process: Any, speed: Any, gain: Any = None) -> list[str]:
         cutter = getattr(process, "cutter", None)
         lengths = {name: getattr(cutter, name, None) for name in ("runout", "offset", "diameter", "corner_radius")}
         lengths["feed_per_tooth"] = getattr(process, "feed_per_tooth", None)
+        if (wave := getattr(cutter, "serration", None)) is not None:
+            lengths |= {"amplitude": wave.amplitude, "wave_length": wave.wave_length}
         messages += [too_long(name, length) for name, length in lengths.items()]
         doubt = getattr(process, "doubt", None)
         messages += [doubt(speed, gain)] if doubt is not None and gain is not None else []
