@@ -47,8 +47,8 @@ def _summary(chart: "Chart") -> str:
         return f"  stable           at {stable} of {len(chart.speed)} speeds"
     critical = chart.critical_gain()
     first = np.argmax(~(chart.spectral_radius < 1), axis=1)
-    # Of what is unstable in or below the first cell, where the limit cannot be read.
-    early = (first < 2) & (chart.spectral_radius[np.arange(len(first)), first] >= 1)
+    # Unstable in or below the first cell, where no limit can be read; a gain of two signs begins nowhere.
+    early = (first < 2) & (chart.spectral_radius[np.arange(len(first)), first] >= 1) & (not chart.quantity.signed)
     missing = int(np.sum(np.isnan(critical) & ~early))
     if missing == len(critical):
         return "  smallest limit   none in this range of gains, at any speed"
