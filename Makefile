@@ -20,8 +20,9 @@ PYTHON ?= $(shell $(NEWEST))
 VENV ?= .venv
 BIN := $(VENV)/bin
 # A file goes to one worker, which compiles for all its tests; those that take longest begin first (tests/conftest.py).
-# Of three workers one waits for processes that a test began, on two cores.
-PYTEST = $(BIN)/python -m pytest --numprocesses 3 --dist loadfile --no-loadscope-reorder --durations 10
+# Of three workers one waits for processes that a test began, on two cores. Tests start many: what Python makes of the
+# sources is kept for them, though the environment may forbid it.
+PYTEST = PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses 3 --dist loadfile --no-loadscope-reorder --durations 10
 
 .PHONY: demo test test-slow test-all coverage lint bench figures docs notebooks picture clean
 

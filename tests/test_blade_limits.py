@@ -33,6 +33,7 @@ def test_verbs_meet_at_the_limit():
     assert np.diag(chart.spectral_radius[:, np.argsort(np.argsort(limit.gain))]) == pytest.approx(1.0, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_the_limit_has_a_derivative_by_the_speed_with_that_of_the_modes():
     def gain(speed):
         return lobex.exact_limit(RUB, speed).gain[0]

@@ -56,6 +56,7 @@ def test_an_equation_that_does_not_say_its_modes_has_no_labels():
     assert set(found.mode) == {0}
 
 
+@pytest.mark.slow
 def test_waves_around_a_disc_in_a_casing_that_gives_way_are_those_of_the_exact_limit():
     ring = lobex.Ring(nodal_diameter=2, frequency=520.0, damping_ratio=0.02, mass=2.0)
     stage = lobex.Rub(lobex.Blading(TWO, 5), casing=ring)

@@ -27,7 +27,9 @@ def test_rod_limits(ratio):
     assert limit.lobe.tolist() == [6, 5, 4, 4, 3, 2, 1, 1, 0]
 
 
-@pytest.mark.parametrize("method", [lobex.Chebyshev(48), lobex.Duhamel()], ids=["Chebyshev", "Duhamel"])
+@pytest.mark.parametrize(
+    "method", [pytest.param(lobex.Chebyshev(48), marks=pytest.mark.slow), lobex.Duhamel()], ids=["Chebyshev", "Duhamel"]
+)
 @pytest.mark.parametrize(
     "case", [c for c in LIMIT_CASES if c["problem"] == "milling-1dof"], ids=lambda c: c["speed_rpm"]
 )

@@ -37,7 +37,7 @@ def _pushing(system, phase):
     return sum(term.coefficient.at(phase) for term in system.forcing)
 
 
-@pytest.mark.parametrize("direction", ["down", "up"])
+@pytest.mark.parametrize("direction", [pytest.param("down", marks=pytest.mark.slow), "up"])
 def test_even_pitch_is_milling_taken_as_often_as_it_has_teeth(direction):
     even = lobex.Milling(PLANE, 4, KT, KN, 0.3, direction)
     once = lobex.multipliers(even, 70.0, 1e-3, lobex.Duhamel(nodes=14))

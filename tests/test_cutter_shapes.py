@@ -199,7 +199,7 @@ def stacked(count, helix=0.0, depth=6e-3, taper=10.0):
     return lobex.Cutter.from_discs(D, thick, lag_degrees=lag, lead_degrees=lead, teeth=2)
 
 
-@pytest.mark.parametrize("direction", ["up", "down"])
+@pytest.mark.parametrize("direction", ["up", pytest.param("down", marks=pytest.mark.slow)])
 def test_discs_of_a_ball_meet_a_wall_each_at_angles_of_its_own(direction):
     wall, depth, start = 0.4 * D / 2, 6e-3, np.arange(64) / 64
     # The heights of ``point_by_point``, of which those above the corner have no width.

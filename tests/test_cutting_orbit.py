@@ -136,6 +136,7 @@ def test_derivatives_are_those_of_the_closed_form_and_of_differences():
         assert np.asarray(by_speed) == pytest.approx(np.asarray(high[name] - low[name]) / 0.02, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_the_force_is_what_the_structure_answers_to_as_it_moves(uneven):
     for axis in range(2):
         omega, ratio = PLANE.angular_frequency[axis], PLANE.damping_ratio[axis]

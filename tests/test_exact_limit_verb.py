@@ -35,7 +35,9 @@ def test_reference_limits_to_1e_9(ratio):
 
 # By roots at a thousand in test_critical_constant.py.
 @pytest.mark.timeout(900)
-@pytest.mark.parametrize("count", [128, pytest.param(1000, marks=pytest.mark.search)])
+@pytest.mark.parametrize(
+    "count", [pytest.param(128, marks=pytest.mark.slow), pytest.param(1000, marks=pytest.mark.search)]
+)
 def test_critical_gain_agrees_at_many_speeds_cusps_included(count):
     speeds = np.linspace(50, 400, count)
     exact = lobex.exact_limit(ROD, speeds)

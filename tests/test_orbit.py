@@ -223,6 +223,7 @@ def test_even_teeth_push_the_free_structure_as_they_do_without_vibration():
     assert motion.displacement[1] == pytest.approx(2 * motion.displacement[0], rel=1e-6, abs=1e-14)
 
 
+@pytest.mark.slow
 def test_twice_the_feed_moves_twice_as_far():
     twice = lobex.orbit(replace(MILL, feed_per_tooth=2e-4), 4000 / 60, [5e-4, 1e-3], FOURTEEN, phase=PHASE)
     once = lobex.orbit(MILL, 4000 / 60, [5e-4, 1e-3], FOURTEEN, phase=PHASE)

@@ -164,7 +164,7 @@ PIECES = {
 @pytest.mark.parametrize(
     "kind",
     [
-        *with_long(QUICK, set(QUICK) - {"periodic"}, pytest.mark.slow),
+        *with_long(QUICK, QUICK, pytest.mark.slow),
         *with_long([k for k in PIECES if k not in QUICK], PIECES),
     ],
 )

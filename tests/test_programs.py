@@ -16,9 +16,8 @@ def maps():
 
 
 @pytest.mark.skipif(not MAPS.exists(), reason="maps of memory are told on Linux alone")
-@pytest.mark.parametrize(
-    "verb", [pytest.param(lambda *at: lobex.sweep(*at).multiplier, marks=pytest.mark.slow), lobex.multipliers]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("verb", [lambda *at: lobex.sweep(*at).multiplier, lobex.multipliers])
 def test_a_verb_forgets_programs_that_are_too_many(monkeypatch, verb):
     scalar = lobex.Scalar(-1.0)
 

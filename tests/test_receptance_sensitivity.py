@@ -130,6 +130,7 @@ def of_samples(table):
     return table.derivative[0, there]
 
 
+@pytest.mark.slow
 def test_samples_of_a_measurement_have_the_sensitivities_of_its_modes(measured):
     step = 1e-6
     for table, modal in measured:
@@ -156,6 +157,7 @@ def test_scaling_laws_of_a_measurement(measured):
     assert "modes.response[3,0,1].imag" in table.names
 
 
+@pytest.mark.slow
 def test_a_band_of_samples_is_the_scatter_of_limits():
     random, share, speed = np.random.default_rng(3), 1e-4, np.array([9000 / 60])
     clean, limits = sampled(PLANE), []

@@ -97,6 +97,7 @@ def test_teeth_of_which_each_stands_back_where_others_cut_are_one_tooth(helix):
     assert deviations[0] / deviations[1] == pytest.approx(4, rel=0.05)
 
 
+@pytest.mark.slow
 def test_waves_of_no_height_and_of_one_phase_are_smooth_edges():
     smooth = serrated(None, 2)
     for wave in ({"amplitude": 0.0, "wave_length": 1e-3}, RANDOM | {"phase_degrees": [70.0, 430.0]}):
@@ -143,6 +144,7 @@ def test_derivatives_are_those_of_differences():
     assert rates == pytest.approx(np.array(apart), rel=1e-3, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_heights_are_integrated_to_the_last_digits_between_bends():
     lines = lines_of(serrated(RANDOM, 3, runout=RUNOUT))
     levels = (np.sin(ARC[0]), np.sin(ARC[1]), 1.0)

@@ -52,7 +52,8 @@ def independent(spindle, passes, **others):
     return period_map(NUMBERS, spindle, at_angle((TANGENTIAL, NORMAL)), parts, passes, 2, **others)
 
 
-@pytest.mark.parametrize("kind", ["two variations", pytest.param("profile", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["two variations", "profile"])
 def test_multipliers_are_those_of_collocation_over_the_angle(kind):
     variation, spindle, passes = SPINDLES[kind]
     found = complex(lobex.sweep(mill(variation), [SPEED], [DEPTH]).multiplier[0, 0])

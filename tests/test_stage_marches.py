@@ -29,9 +29,8 @@ STIFFNESS = dict(zip(KINDS, (2.03e5, 2.87e5, 2.17e5, 2.17e5, 3.0e5), strict=True
 SLOW = pytest.mark.slow
 
 
-@pytest.mark.parametrize(
-    "kind", ["mistuned on a rig", *(pytest.param(kind, marks=SLOW) for kind in KINDS if kind != "mistuned on a rig")]
-)
+@SLOW
+@pytest.mark.parametrize("kind", KINDS)
 def test_growth_of_a_stage_is_the_multiplier(kind):
     blading, casing = KINDS[kind]
     stiffness = STIFFNESS[kind]
