@@ -20,9 +20,8 @@ PYTHON ?= $(shell $(NEWEST))
 VENV ?= .venv
 BIN := $(VENV)/bin
 # A file goes to one worker, which compiles for all its tests; those that take longest begin first (tests/conftest.py).
-# Of three workers one waits for processes that a test began, on two cores. Tests start many: what Python makes of the
-# sources is kept for them, though the environment may forbid it.
-PYTEST = PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest --numprocesses 3 --dist loadfile --no-loadscope-reorder --durations 10
+# Of three workers one waits for processes that a test began, on two cores.
+PYTEST = $(BIN)/python -m pytest --numprocesses 3 --dist loadfile --no-loadscope-reorder --durations 10
 
 .PHONY: demo test test-slow test-all coverage lint bench figures docs notebooks picture clean
 
@@ -78,9 +77,12 @@ clean:
 	rm -rf $(VENV) docs/_build
 
 # Debian ships venv without ensurepip: then the interpreter's own pip installs into the environment.
+# Sources that are installed as they lie are compiled here, since an environment may forbid Python to keep what it makes
+# of them, and then every process makes it again.
 $(VENV)/.made:
 	@test -n "$(PYTHON)" || { echo "lobex needs Python 3.11 or newer, with pip and venv" >&2; exit 1; }
 	$(PYTHON) -m venv $(VENV) 2>/dev/null || $(PYTHON) -m venv --clear --without-pip $(VENV)
+	$(BIN)/python -m compileall -q src
 	touch $@
 
 INSTALL = $(PYTHON) -m pip --python $(BIN)/python install --quiet --disable-pip-version-check --editable
