@@ -121,6 +121,18 @@ def test_ax_and_axes_at_once_and_a_label_alone_are_refused():
             plot(label="a")
 
 
+def test_lobes_that_leave_room_under_them_are_numbered_there():
+    limit = lobex.exact_limit(lobex.Rub(lobex.Rod(5).modes(0.03)), np.linspace(85, 328, 300))
+    figure = limit.plot()
+    figure.canvas.draw()
+    inverted = figure.axes[0].transData.inverted()
+    numbers = {text.get_text(): inverted.transform(text.get_window_extent()) for text in figure.axes[0].texts}
+    assert set(numbers) >= {"1", "2"}
+    for (start, _), (stop, top) in numbers.values():
+        there = (limit.speed >= start) & (limit.speed <= stop)
+        assert np.all(limit.gain[there] / limit.quantity.scale > top)
+
+
 @pytest.mark.parametrize("speeds", [(30.0, 400.0), (60.0, 130.0)])
 @pytest.mark.parametrize("uncertain", [0.0, 0.02])
 def test_lobe_numbers_keep_off_the_axis_the_band_and_each_other(speeds, uncertain):

@@ -63,12 +63,15 @@ def _panels_of(limit: "Limit", axes: Any, speed_unit: str | None, band: Band | N
         for ax in (upper, lower):
             ax.set_xlim(speed[0], speed[-1])
     edges = (gain, gain) if band is None else [edge[order] / limit.quantity.scale for edge in band[:2]]
-    _number_lobes(upper, speed, gain, limit.lobe[order], *edges)
     upper.set_ylabel(gain_label(limit.quantity))
     lower.set_ylabel(frequency_label(limit.speed_unit))
     lower.set_xlabel(label)
     legend_above(upper, columns=4)
-    return cast("Figure", upper.figure)
+    figure = cast("Figure", upper.figure)
+    # How much room numbers have is known once the axes lie where they will.
+    figure.draw_without_rendering()
+    _number_lobes(upper, speed, gain, limit.lobe[order], *edges)
+    return figure
 
 
 def _over(limit: "Limit", ax: "Axes", speed_unit: str | None, label: str | None, band: Band | None) -> "Axes":

@@ -45,10 +45,13 @@ def _summary(chart: "Chart") -> str:
     if len(chart.gain) == 1:
         stable = int(np.sum(chart.spectral_radius < 1))
         return f"  stable           at {stable} of {len(chart.speed)} speeds"
+    if chart.quantity.signed:
+        # It begins nowhere, so that it has no smallest limit.
+        return f"  stable           at {np.sum(chart.spectral_radius < 1)} of {chart.spectral_radius.size} points"
     critical = chart.critical_gain()
     first = np.argmax(~(chart.spectral_radius < 1), axis=1)
-    # Unstable in or below the first cell, where no limit can be read; a gain of two signs begins nowhere.
-    early = (first < 2) & (chart.spectral_radius[np.arange(len(first)), first] >= 1) & (not chart.quantity.signed)
+    # Unstable in or below the first cell, where no limit can be read.
+    early = (first < 2) & (chart.spectral_radius[np.arange(len(first)), first] >= 1)
     missing = int(np.sum(np.isnan(critical) & ~early))
     if missing == len(critical):
         return "  smallest limit   none in this range of gains, at any speed"
