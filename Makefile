@@ -47,6 +47,7 @@ lint: $(VENV)/.dev
 
 bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/measure.py
+	$(BIN)/python benchmarks/cores.py
 	$(BIN)/python benchmarks/general.py
 	$(BIN)/python benchmarks/cutters.py
 	$(BIN)/python benchmarks/motion.py
