@@ -54,7 +54,7 @@ def test_chunks_of_any_shape_give_the_same_map(monkeypatch):
 
 
 # Each as one program, as a sweep has it.
-FEW = jax.jit(lambda matrix, squarings: dominant_pair(matrix, 8, squarings))
+FEW = jax.jit(lambda matrix, squarings, periods: dominant_pair(matrix, 8, squarings, periods), static_argnums=2)
 PAIR, TRIPLE, LEFT = (jax.jit(one) for one in (power.pair_by_squaring, power.triple_by_squaring, dense.left_vector))
 
 
@@ -90,21 +90,36 @@ def test_powers_meet_a_known_spectrum(second):
     assert np.asarray(left) @ matrix == pytest.approx(1.3 * np.asarray(left), abs=1e-9)
 
 
-@pytest.mark.parametrize("angle", [0.0, 2.0])
-def test_a_few_vectors_find_the_dominant_multiplier_of_a_large_operator(angle):
-    """Eight multipliers of a structure, some of a delay behind them, and as few as the eight alone."""
-    rng = np.random.default_rng(3)
-    values = np.r_[1.3, -1.28, 1.2, 1.1, 0.9, -0.9, 0.7, 0.5, 0.05 * 0.5 ** np.arange(52)]
-    basis = rng.standard_normal((60, 60))
-    for count in (60, 8):
-        matrix = np.diag(np.where(np.arange(60) < count, values, 0.0))
+@pytest.mark.slow
+@pytest.mark.parametrize("share", [0.4, 1.0, 2.0, 3.0])
+def test_no_point_waits_for_the_dense_solver_however_long_the_delay_is(share):
+    delayed = lobex.LinearDelay.second_order(
+        1.0, 0.1, lambda t, speed, gain: speed + jax.numpy.cos(t), [(lambda t, speed, gain: gain, share * 2 * np.pi)],
+        period=2 * np.pi,
+    )  # fmt: skip
+    chart = lobex.sweep(delayed, [1.5, 3.4, 5.7], [-2.0, -0.3, 1.4])
+    assert set(chart.status.ravel()) == {"good"}
+    exact = [[lobex.multipliers(delayed, s, g, lobex.Duhamel(nodes=40))[0] for g in chart.gain] for s in chart.speed]
+    assert np.abs(chart.multiplier) == pytest.approx(np.abs(np.array(exact)), rel=1e-8)
+
+
+@pytest.mark.parametrize(("angle", "periods"), [(0.0, 1), (2.0, 1), (2.0, 3)])
+def test_a_few_vectors_find_the_dominant_multiplier_of_a_large_operator(angle, periods):
+    """Eight multipliers of a structure, some of a delay of so many periods behind them, and the eight alone."""
+    rng, size = np.random.default_rng(3), 60 if periods == 1 else 150
+    of_delay = 0.05 * 0.5 ** np.arange(size - 8)
+    values = np.r_[1.3, -1.28, 1.2, 1.1, 0.9, -0.9, 0.7, 0.5, of_delay ** (1 / periods)]
+    basis = rng.standard_normal((size, size))
+    close = 1e-14 * np.linalg.cond(basis)
+    for count in (size, 8):
+        matrix = np.diag(np.where(np.arange(size) < count, values, 0.0))
         if angle:
             matrix[:2, :2] = 1.3 * np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
         matrix = basis @ matrix @ np.linalg.inv(basis)
         with jax.enable_x64(True):
-            value, right, left = map(power.as_complex, FEW(matrix, 9))
-        assert complex(value) == pytest.approx(1.3 * np.exp(1j * angle), rel=1e-11)
-        assert matrix @ np.asarray(right) == pytest.approx(complex(value) * np.asarray(right), abs=1e-10)
+            value, right, left = map(power.as_complex, FEW(matrix, 9, periods))
+        assert complex(value) == pytest.approx(1.3 * np.exp(1j * angle), rel=close)
+        assert matrix @ np.asarray(right) == pytest.approx(complex(value) * np.asarray(right), abs=10 * close)
         # A left vector tells how far to trust the value, and takes two digits for it.
         lefts = np.asarray(left) / np.linalg.norm(left)
         assert lefts @ matrix == pytest.approx(complex(value) * lefts, abs=1e-3)

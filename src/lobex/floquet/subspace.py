@@ -15,27 +15,31 @@ from lobex.floquet.power import Pair, matched, pair_by_squaring
 # Vectors besides as many as the structure has multipliers, and rows, in numbers of vectors, up to which squaring the
 # operator itself takes less.
 _BESIDE, _SMALL = 8, 3.5
-# So many fewer periods than squarings turn the block, and so many more squarings its small matrix takes.
+# So many fewer steps than squarings turn the block, and so many more squarings its small matrix takes.
 _FEWER, _FEWEST, _MORE = 4, 2, 3
 # Of a vector, the square of what it has beside others for it to be counted.
 _DEPENDENT = 1e-9
-# Periods that the left vector goes on for.
+# Steps that the left vector goes on for.
 _MIRRORED = 2
 
 
-def dominant_pair(matrix: Float[Array, "N N"], state: int, squarings: int | Int[Array, ""]) -> Pair:
+def dominant_pair(matrix: Float[Array, "N N"], state: int, squarings: int | Int[Array, ""], periods: int = 1) -> Pair:
     """The eigenvalue of largest modulus of (N, N) with its vectors, as ``pair_by_squaring`` has them: check them too.
 
     Of a matrix that is large beside the ``state`` of the structure, d, by orthogonal iteration of d + 8 vectors, as
-    many steps as ``squarings`` less a few: what these leave of the others falls with their share of the largest.
+    many steps as ``squarings`` less a few: what these leave of the others falls with their share of the largest. Where
+    the longest delay takes several ``periods``, over which multipliers fall off, a step takes as many, and 8 vectors
+    stand for each.
     """
-    size = state + _BESIDE
+    size = state + _BESIDE * periods
     if jnp.shape(matrix)[-1] <= _SMALL * size:
         return pair_by_squaring(matrix, squarings)
     start = np.linalg.qr(np.random.default_rng(7).standard_normal((jnp.shape(matrix)[-1], size)))[0]
 
     def turned(_: Int[Array, ""], block: Float[Array, "N b"]) -> Float[Array, "N b"]:
-        return _orthonormal(matrix @ block)
+        for _ in range(periods):
+            block = matrix @ block
+        return _orthonormal(block)
 
     steps = jnp.maximum(squarings - _FEWER, _FEWEST)
     block = jax.lax.fori_loop(0, steps, turned, jnp.asarray(start, dtype=matrix.dtype))
@@ -46,7 +50,7 @@ def dominant_pair(matrix: Float[Array, "N N"], state: int, squarings: int | Int[
     vector = _unit(image @ inner.vector)
     # The left vector in the block has no part of the others in it, and those beyond are soon gone.
     left = block @ inner.left
-    for _ in range(_MIRRORED):
+    for _ in range(_MIRRORED * periods):
         left = _unit(matrix.T @ left)
     left = matched(left, vector)
     (a, b), (c, d) = left.T @ (matrix @ vector)

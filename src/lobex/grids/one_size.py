@@ -17,6 +17,7 @@ from lobex.floquet.subspace import dominant_pair
 from lobex.operators.duhamel import Duhamel
 from lobex.operators.elimination import inverse, pivoted_inverse
 from lobex.processes.process import Process
+from lobex.systems.mesh import mesh_of
 from lobex.systems.traits import Traits
 
 # Points, of coupled modes.
@@ -76,7 +77,8 @@ def _with_errors(
             value, vector = dense.pair_by_eigensolver(matrix)
             pair = Pair(*map(as_pair, (value, vector, dense.left_vector(matrix, value, vector))))
         else:
-            pair = dominant_pair(matrix, system.state_size, squarings)
+            mesh = mesh_of(system)
+            pair = dominant_pair(matrix, system.state_size, squarings, -(-mesh.history // mesh.pieces))
         motion = method.motion(mine, pieces, system, pair, forces)
         frequency = jnp.full_like(motion.error, jnp.nan)
         if frequencies:
