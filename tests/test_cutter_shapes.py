@@ -9,7 +9,10 @@ import numpy as np
 import pytest
 
 import lobex
+from lobex.processes import profiled_teeth
 from lobex.processes.edge_points import missed_by
+from lobex.processes.plausible import implausible
+from lobex.processes.process import fine_enough
 from lobex.results.description import describe
 from lobex.results.rebuild import rebuild
 from problems import KN, KT, PLANE
@@ -276,12 +279,89 @@ def test_a_description_is_enough_to_make_a_process_again(cutter):
     assert again.layout == process.layout
 
 
+def answered(process, speed, depth, waves, phase):
+    """Σ H e^{−i waves τ} of the points of all edges, (k, 2, 2), τ in turns."""
+    with jax.enable_x64(True):
+        terms = process.system(speed, depth).feedback
+        parts = [(np.asarray(term.coefficient.at(phase)), np.asarray(term.delay.shares(phase, 1.0))) for term in terms]
+    return sum(force * np.exp(-1j * waves * share)[:, None, None] for force, share in parts)
+
+
+def by_heights(helix, teeth, depth, window, waves, phase, count=200):
+    """The same by Gauss' rule of many heights over what of each edge is in the cut."""
+    points, weights = np.polynomial.legendre.leggauss(count)
+    twist, total = 2 * np.tan(np.radians(helix)) / D, 0.0
+    for tooth in range(teeth):
+        tip = np.mod(2 * np.pi * (phase + tooth / teeth), 2 * np.pi)
+        for turn in (tip, tip + 2 * np.pi):
+            low, high = (np.clip((turn - angle) / twist[tooth], 0.0, depth) for angle in window[::-1])
+            z = low + np.multiply.outer(points + 1, high - low) / 2
+            phi = turn - twist[tooth] * z
+            share = 1 / teeth - (twist[(tooth + 1) % teeth] - twist[tooth]) * z / (2 * np.pi)
+            n = np.stack([np.sin(phi), np.cos(phi)])
+            d = KT * np.stack([np.cos(phi), -np.sin(phi)]) + KN * n
+            weight = weights[:, None] * (high - low) / 2 * np.exp(-1j * waves * share)
+            total = total + np.einsum("zk,azk,bzk->kab", weight, d, n)
+    return total
+
+
+def edges_of(helix, **given):
+    cutter = lobex.Cutter.end_mill(D, teeth=len(helix), helix_degrees=helix)
+    return lobex.Milling(PLANE, cutter, KT, KN, 0.4, **given)
+
+
+@pytest.mark.parametrize(("helix", "speed", "depth"), [([15.0, 48.0, 33.0], 60.0, 1.2e-2), ([38.0, 42.0], 140.0, 3e-3)])
+def test_points_of_an_edge_are_as_many_as_the_tolerance_asks_for(helix, speed, depth):
+    process, phase = edges_of(helix), (np.arange(8) + 0.37) / 8
+    waves, window = float(np.max(PLANE.angular_frequency)) / speed, tuple(map(float, process.engagement))
+    wanted = by_heights(np.array(helix), len(helix), depth, window, waves, phase)
+    counts, left = [], []
+    for tolerance in (1e-2, 1e-5, 1e-8):
+        fine = fine_enough(process, np.array([speed, 300.0]), np.array([1e-3, depth]), tolerance)
+        counts.append(fine.heights)
+        left.append(np.abs(answered(fine, speed, depth, waves, phase) - wanted).max() / np.abs(wanted).max())
+        assert left[-1] < tolerance
+    assert counts[0] < counts[2] < 32
+    # And no more than that: those of another tolerance are too few.
+    assert left[0] > 1e-8
+
+
+def test_points_of_an_edge_are_those_given_where_there_is_a_number():
+    plain, given = milling(PROFILES["ball"][0]), edges_of([30.0, 45.0], heights=5)
+    uneven = edges_of([30.0, 45.0])
+    assert fine_enough(plain, 80.0, 5e-3, 1e-8) is plain
+    assert fine_enough(given, 80.0, 5e-3, 1e-8) is given
+    assert fine_enough(uneven, 80.0, np.zeros(0), 1e-8) is uneven
+    with jax.enable_x64(True):
+        shape = jax.eval_shape(lambda depth: fine_enough(uneven, 80.0, depth, 1e-8).system(80.0, depth), 5e-3)
+    assert len(shape.feedback) == 2 * uneven.points
+    # A tip to which a slow wave is a hundred turns.
+    assert str(edges_of([10.0, 60.0]).doubt(0.1, 2e-2)).startswith(
+        "of edges with a helix angle each 64 points may leave"
+    )
+
+
+def test_a_corner_has_points_for_any_tolerance(monkeypatch):
+    # As steep as it may be in the cut once alone.
+    system = milling(lobex.Cutter.ball(D, teeth=2, helix_degrees=77.0), PLANE).system(80.0, D / 2)
+    with jax.enable_x64(True):
+        # Two functions, each of which is compiled for itself.
+        found = np.asarray(jax.jit(lambda phase: system.at(phase).present)(PHASE))
+        monkeypatch.setattr(profiled_teeth, "_POINTS", 60)
+        wanted = np.asarray(jax.jit(lambda phase: system.at(phase).present)(PHASE))
+    assert np.all(np.isfinite(wanted))
+    assert found == pytest.approx(wanted, abs=1e-12 * np.abs(wanted).max())
+
+
 def test_points_of_an_edge_that_may_be_too_few_are_told():
     cutter = lobex.Cutter.end_mill(0.02, teeth=2, helix_degrees=[30.0, 45.0])
     process = lobex.Milling(PLANE, cutter, 6e8, 2e8, 0.5, heights=3)
     assert process.doubt(250.0, 1e-3) is None
+    # Limits are sought up to the higher of their bounds.
+    assert any("heights = 3" in message for message in implausible(process, [40.0], 1e-4, 6e-3))
+    assert not any("heights = 3" in message for message in implausible(process, [250.0], 1e-4, 1e-3))
     told = str(process.doubt(np.array([40.0, 250.0]), np.array([1e-3, 6e-3])))
-    count = int(told.rpartition("give ")[2])
+    count = int(told.partition("give ")[2].partition(",")[0])
     assert told.startswith("heights = 3 may leave")
     assert count > 3
     assert replace(process, heights=count).doubt(40.0, 6e-3) is None

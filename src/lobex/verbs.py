@@ -22,7 +22,7 @@ from lobex.operators.operator import Method, check_method
 from lobex.processes.at_speeds import tabled
 from lobex.processes.declared import check_system
 from lobex.processes.plausible import warn_of_implausible
-from lobex.processes.process import Process, check_gain, check_process, check_speed, lanes_shape
+from lobex.processes.process import Process, check_gain, check_process, check_speed, fine_enough, lanes_shape
 
 GENERAL = Duhamel(nodes=40)
 """The operator of a fixed size that stands in where nobody chose a method."""
@@ -51,7 +51,7 @@ def monodromy(
         LobexWarning: for numbers that can hardly be meant: speeds in rpm, damping in per cent, depths in mm.
         SweepWarning: when the default's samples are too few to follow the first mode at the lowest speed.
     """
-    speed, gain = _checked(process, speed, gain, method)
+    process, speed, gain = _checked(process, speed, gain, method)
     return _monodromy(process, speed, gain, _operator(process, speed, gain, method))
 
 
@@ -62,7 +62,7 @@ def multipliers(
 
     Arguments, precision, errors and warnings as for ``monodromy``.
     """
-    speed, gain = _checked(process, speed, gain, method)
+    process, speed, gain = _checked(process, speed, gain, method)
     return _multipliers(process, speed, gain, _operator(process, speed, gain, method))
 
 
@@ -78,7 +78,7 @@ def spectral_radius(
     Warns:
         SweepWarning: for points that failed and are NaN, and for estimated errors above the tolerance, 1e-8 by default.
     """
-    speed, gain = _checked(process, speed, gain, method)
+    process, speed, gain = _checked(process, speed, gain, method)
     if isinstance(method, Auto | Duhamel) and not _checks.is_traced((process, speed, gain)):
         with at_once():
             model = tabled(widened(process), speed)
@@ -102,7 +102,8 @@ def _settled(process: Process, speed: np.ndarray, gain: np.ndarray, method: Auto
     return np.abs(found.multiplier).reshape(speed.shape)
 
 
-def _checked(process: Any, speed: Any, gain: Any, method: Any) -> tuple[Numbers, Numbers]:
+def _checked(process: Any, speed: Any, gain: Any, method: Any) -> tuple[Process, Numbers, Numbers]:
+    """What is asked for, once it is checked, of a process that is fine enough for the method."""
     check_process(process)
     spare_programs()
     if not isinstance(method, Auto):
@@ -113,7 +114,7 @@ def _checked(process: Any, speed: Any, gain: Any, method: Any) -> tuple[Numbers,
     lanes_shape(speed, gain)
     check_system(process, speed, gain)
     warn_of_implausible(process, speed, gain)
-    return speed, gain
+    return fine_enough(process, speed, gain, tolerance_of(method)), speed, gain
 
 
 def _operator(process: Process, speed: Any, gain: Any, method: Method | Auto) -> Method:

@@ -15,7 +15,7 @@ from lobex.grids.evaluation import dominant_at_points, dominant_over_grid
 from lobex.motions.cut_along import furthest_of
 from lobex.motions.forced_motion import BATCH, orbit
 from lobex.operators.duhamel import Duhamel
-from lobex.processes.process import check_gain, check_process, check_speed
+from lobex.processes.process import check_gain, check_process, check_speed, fine_enough
 from lobex.processes.quantity import quantity_of
 from lobex.processes.teeth_at_work import Toothed
 from lobex.results.codes import Binding, OrbitStatus
@@ -254,7 +254,7 @@ def _stable(process: Any, speeds: np.ndarray, low: float, high: float, near: flo
     scan = np.linspace(low, high, _SCAN)
     method = Duhamel()
     with at_once():
-        wide = widened(process)
+        wide = fine_enough(widened(process), speeds, scan, method.tolerance)
         radius = np.abs(dominant_over_grid(wide, speeds, scan, method, progress=False).multiplier)
 
         def shares(depth: np.ndarray, where: np.ndarray) -> np.ndarray:

@@ -4,11 +4,12 @@ import jax
 import numpy as np
 
 from lobex.characteristic.method import CharacteristicRoots
+from lobex.grids.choice import tolerance_of
 from lobex.grids.evaluation import dominant_at_points
 from lobex.grids.finer import LEAST, Sample
 from lobex.grids.node_counts import MANY
 from lobex.operators.operator import Method
-from lobex.processes.process import Process
+from lobex.processes.process import Process, fine_enough
 from lobex.results.chart import Chart
 from lobex.results.rebuild import rebuild
 
@@ -22,6 +23,7 @@ def sampler(chart: Chart) -> Sample:
     process, method = rebuild(chart.process), rebuild(chart.method)
     # As in a sweep: numbers of another type would be compiled for anew.
     process = jax.tree.map(lambda leaf: np.asarray(leaf, dtype=np.float64), process)
+    process = fine_enough(process, chart.speed, chart.gain, tolerance_of(method))
 
     def sample(speed: np.ndarray, gain: np.ndarray) -> np.ndarray:
         with jax.enable_x64(True):

@@ -16,7 +16,7 @@ from lobex.grids.resolution import oddities
 from lobex.processes.at_speeds import tabled
 from lobex.processes.declared import check_system
 from lobex.processes.plausible import warn_of_implausible
-from lobex.processes.process import Process, check_gain, check_process, check_speed
+from lobex.processes.process import Process, check_gain, check_process, check_speed, fine_enough
 from lobex.processes.quantity import quantity_of
 from lobex.results.chart import Chart
 from lobex.results.codes import PointStatus
@@ -56,7 +56,7 @@ def sweep(
         warn_of_implausible(process, speeds, gains)
     with timed() as spent, at_once():
         process = widened(process)
-        model = tabled(process, speeds)
+        model = fine_enough(tabled(process, speeds), speeds, gains, tolerance_of(method))
         chosen = chosen_method(method, model, float(speeds[0]))
         for message in oddities(model, chosen, float(speeds[0]), float(gains[-1])):
             warnings.warn(message, SweepWarning, stacklevel=3)

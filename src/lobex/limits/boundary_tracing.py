@@ -24,7 +24,7 @@ from lobex.limits.coverage import MOST_WAVES, waves_per_cell
 from lobex.limits.growth import growth_and_gradient
 from lobex.operators.duhamel import Duhamel
 from lobex.operators.operator import Method
-from lobex.processes.process import Process, check_process
+from lobex.processes.process import Process, check_process, fine_enough
 from lobex.results.boundary import Boundary, BoundaryCurve
 from lobex.results.chart import Chart
 from lobex.results.codes import Kind
@@ -103,7 +103,7 @@ def boundary(
                 f"a chart of shape {chart.spectral_radius.shape} has no contours; take two or more of each"
             )
         with at_once():
-            process = widened(process)
+            process = fine_enough(widened(process), chart.speed, chart.gain, tolerance_of(chosen))
             chosen = _of_fixed_size(chosen, process, chart)
             waves, fastest, where = waves_per_cell(process, chart.speed, float(np.abs(chart.gain).max()))
             curves, residual, dropped, unresolved, coarse = _trace(process, chosen, chart)

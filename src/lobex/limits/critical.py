@@ -29,7 +29,7 @@ from lobex.operators.operator import Method
 from lobex.processes.at_speeds import tabled
 from lobex.processes.declared import check_system
 from lobex.processes.plausible import warn_of_implausible
-from lobex.processes.process import Process, check_gain, check_process, check_speed
+from lobex.processes.process import Process, check_gain, check_process, check_speed, fine_enough
 from lobex.processes.quantity import quantity_of
 from lobex.results.codes import Kind, Status
 from lobex.results.description import describe
@@ -76,7 +76,7 @@ def critical_gain(
     speeds = np.atleast_1d(np.asarray(speed, dtype=np.float64))
     check_system(process, speeds[:, None], bounds, finite=plausible)
     if plausible:
-        warn_of_implausible(process, speeds, bounds[0])
+        warn_of_implausible(process, speeds, *bounds)
     slowest = float(speeds.min())
     check_memory(
         f"speed and scan make {len(speeds)} × {scan} samples",
@@ -85,7 +85,7 @@ def critical_gain(
     )
     with timed() as spent, at_once():
         process = widened(process)
-        model = tabled(process, speeds)
+        model = fine_enough(tabled(process, speeds), speeds, gains, tolerance_of(method))
         chosen = chosen_method(method, model, slowest)
         for message in oddities(model, chosen, slowest, float(gains[-1])):
             warnings.warn(message, SweepWarning, stacklevel=3)

@@ -14,7 +14,7 @@ from lobex._compiled import compiled_for
 from lobex._float64 import at_once, widened
 from lobex._pytree import is_measured
 from lobex._shapes import AnyArray, Number
-from lobex.grids.choice import AUTO, AnyMethod, operator_of
+from lobex.grids.choice import AUTO, AnyMethod, operator_of, tolerance_of
 from lobex.limits.closed_form import closed_form
 from lobex.limits.critical import critical_gain
 from lobex.limits.d_subdivision import limit_followed
@@ -24,7 +24,7 @@ from lobex.limits.loop_of_teeth import ALL, MEAN
 from lobex.limits.loop_sensitivity import of_teeth
 from lobex.limits.parameters import in_rows, number_names, number_values
 from lobex.operators.operator import Method
-from lobex.processes.process import Process, check_process
+from lobex.processes.process import Process, check_process, fine_enough
 from lobex.results.limit import Limit
 from lobex.results.rebuild import rebuild
 from lobex.results.sensitivities import Sensitivities
@@ -124,6 +124,8 @@ def at_limit(limit: Limit, build: Builder, parameters: Any, method: Method | Non
     derivative = np.full((len(limit.speed), len(names)), np.nan)
     with at_once():
         wide = widened(parameters)
+        if found.size and method is not None:
+            wide = fine_enough(wide, speed, gain, tolerance_of(method))
         if found.size and limit.method["type"] in (MEAN, ALL):
             derivative[found] = of_teeth(limit, build, wide)
         elif found.size and method is None and any(map(is_measured, _leaves(build(wide)))):

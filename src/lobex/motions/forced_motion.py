@@ -26,7 +26,15 @@ from lobex.motions.refined import Seen, apart, judging, refined, seen, sizes_for
 from lobex.operators.duhamel import Duhamel
 from lobex.processes.declared import check_system
 from lobex.processes.plausible import warn_of_implausible
-from lobex.processes.process import Process, check_gain, check_process, check_speed, differentiable, lanes_shape
+from lobex.processes.process import (
+    Process,
+    check_gain,
+    check_process,
+    check_speed,
+    differentiable,
+    fine_enough,
+    lanes_shape,
+)
 from lobex.processes.quantity import quantity_of
 from lobex.processes.teeth_at_work import Toothed
 from lobex.results.codes import OrbitStatus
@@ -101,7 +109,8 @@ def orbit(
         else:
             with at_once():
                 speeds, gains = (np.broadcast_to(np.asarray(one, dtype=float), lanes).ravel() for one in (speed, gain))
-                parts = _settled(widened(process), speeds, gains, chosen, Wanted(phases, heights))
+                model = fine_enough(widened(process), speeds, gains, chosen.tolerance)
+                parts = _settled(model, speeds, gains, chosen, Wanted(phases, heights))
                 parts = {name: part.reshape((*lanes, *part.shape[1:])) for name, part in parts.items()}
     made, own = (CuttingOrbit, {"height": heights}) if toothed(process) else (Orbit, {})
     return made(

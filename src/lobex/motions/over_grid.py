@@ -33,7 +33,7 @@ from lobex.motions.refined import Seen, refined, seen, sizes_for
 from lobex.operators.duhamel import Duhamel
 from lobex.operators.elimination import inverse
 from lobex.operators.response import gauss_nodes
-from lobex.processes.process import Process
+from lobex.processes.process import Process, fine_enough
 from lobex.results.codes import OrbitStatus
 from lobex.results.orbit_map import CuttingMap, OrbitMap
 from lobex.systems.forced import as_feedback
@@ -75,7 +75,8 @@ def orbits(process: Process, speed: Any, gain: Any, method: Duhamel | Auto = AUT
             parts = _of_orbit(traced_motion(process, speeds[:, None], gains, chosen, wanted), speeds)
         else:
             with at_once():
-                parts = _over_grid(widened(process), speeds, gains, chosen, wanted)
+                model = fine_enough(widened(process), speeds, gains, chosen.tolerance)
+                parts = _over_grid(model, speeds, gains, chosen, wanted)
     made = CuttingMap if toothed(process) else OrbitMap
     return made(
         **parts,

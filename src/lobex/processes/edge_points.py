@@ -22,6 +22,11 @@ from lobex.systems.delays import OneOfMany
 _TURN = 2 * np.pi
 # Of a force along an edge, what its points may leave without a word, and what those leave that are advised.
 _LEFT, _ENOUGH = 1e-6, 1e-8
+# So many are chosen from, as each number of them is compiled for itself, and what they may leave of a tolerance, since
+# multipliers follow the force by a power of it.
+_COUNTS, _SHARE = (3, 4, 6, 8, 12, 16, 24, 32, 48, 64), 0.1
+MOST_POINTS = _COUNTS[-1]
+"""Along an edge."""
 
 
 @pytree()
@@ -115,13 +120,25 @@ def missed_by(radians: float, count: int) -> float:
     return float(np.exp(logarithm - np.log(2 * count + 1) - 3 * lgamma(2 * count + 1)))
 
 
-def doubt_of_points(radians: float, count: int, most: int) -> str | None:
-    """In words what points along an edge may leave, and how many to take; None for little."""
-    left = missed_by(radians, count)
+def points_for(radians: float, tolerance: float) -> int:
+    """How many points along an edge leave of waves of X radians less than a relative error of multipliers."""
+    return next((count for count in _COUNTS if missed_by(radians, count) < _SHARE * tolerance), MOST_POINTS)
+
+
+def doubt_of_points(radians: float, count: int | None) -> str | None:
+    """In words what points along an edge may leave, and how many to take; None for little. They are so many, or as
+    many as a tolerance asks for.
+    """
+    left = missed_by(radians, MOST_POINTS if count is None else count)
     if left < _LEFT:
         return None
-    needed = next((more for more in range(count, most) if missed_by(radians, more) < _ENOUGH), most)
+    if count is None:
+        return (
+            f"of edges with a helix angle each {MOST_POINTS} points may leave {min(left, 1.0):.1e} of the force, at "
+            "the slowest speed and the largest depth; give higher speeds or smaller depths"
+        )
+    needed = next((more for more in range(count, MOST_POINTS) if missed_by(radians, more) < _ENOUGH), MOST_POINTS)
     return (
         f"heights = {count} may leave {min(left, 1.0):.1e} of the force along an edge, at the slowest speed and the "
-        f"largest depth; give {needed}"
+        f"largest depth; give {needed}, or None for as many as the tolerance asks for"
     )

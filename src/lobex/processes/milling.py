@@ -17,7 +17,7 @@ from lobex._pytree import pytree
 from lobex._shapes import AnyArray, Number
 from lobex.processes.cutter import Cutter, as_cutter
 from lobex.processes.cutting_force import CuttingForce, of_force
-from lobex.processes.edge_points import doubt_of_points, radians_along
+from lobex.processes.edge_points import MOST_POINTS, doubt_of_points, points_for, radians_along
 from lobex.processes.engagement import arc_of, cutting_angles
 from lobex.processes.feed import with_feed
 from lobex.processes.layout import UNKNOWN, Layout, in_octaves, layout_of, layouts_by_depth, places_of
@@ -36,7 +36,8 @@ from lobex.systems.system import DelaySystem, modal_system
 
 # How far inside full immersion derivatives by it are taken: a power of 2, so that 1 − a is exact.
 _INSIDE = 2.0**-40
-_MOST_HEIGHTS = 64
+# Points along an edge where JAX traces what their number would follow.
+_POINTS = 6
 
 
 @pytree(static=("direction", "layout", "speed_unit", "heights"))
@@ -74,8 +75,9 @@ class Milling:
             f_z sin φ thick without vibration, and that of a runout more. It is the forcing of ``orbit``, and has no
             part in multipliers and limits; no tooth leaves the cut for it. None where no motion is asked for. Serrated
             teeth meet one another by it: of them multipliers and limits ask for it, and there is no motion.
-        heights: of teeth with a helix angle each, points along the part of each edge in the cut, by Gauss' rule; a
-            warning tells where they may be too few, since ``error`` knows of the nodes in time alone.
+        heights: of teeth with a helix angle each, points along the part of each edge in the cut, by Gauss' rule. None
+            for as many as the tolerance of a verb's method asks for, at its speeds and depths, or 6 where JAX traces
+            these; of a number a warning tells where it may be too few. ``error`` knows of the nodes in time alone.
         process_damping: a ``ProcessDamping`` of every tooth in the cut, of a cutter with a diameter; what ``orbit``
             tells is then displacements, and beside them velocities over the first angular frequency. None for none.
         speed_variation: a ``SpeedVariation`` of the spindle, whose mean speed is that of the process; the table's feed
@@ -98,7 +100,7 @@ class Milling:
     layout: Layout = UNKNOWN
     speed_unit: str = "rpm"
     feed_per_tooth: Number | None = None
-    heights: int = 6
+    heights: int | None = None
     process_damping: ProcessDamping | None = None
     speed_variation: SpeedVariation | None = None
     axial: Number | None = None
@@ -118,7 +120,7 @@ class Milling:
         layout: Layout = UNKNOWN,
         speed_unit: str = "rpm",
         feed_per_tooth: Number | None = None,
-        heights: int = 6,
+        heights: int | None = None,
         process_damping: ProcessDamping | None = None,
         speed_variation: SpeedVariation | None = None,
         axial: Number | None = None,
@@ -159,7 +161,9 @@ class Milling:
             "angles",
         ):
             object.__setattr__(self, name, given[name])
-        object.__setattr__(self, "heights", _checks.integer("heights", heights, 1, _MOST_HEIGHTS))
+        if heights is not None:
+            heights = _checks.integer("heights", heights, 1, MOST_POINTS)
+        object.__setattr__(self, "heights", heights)
         object.__setattr__(self, "cutter", as_cutter(teeth if cutter is None else cutter))
         arc = _check(self)
         # Anew, whatever layout is given: of numbers that are traced, what was known of others says nothing.
@@ -224,14 +228,33 @@ class Milling:
 
         return (2.0, at(1 - 4 * inside)), (-1.0, at(1 - inside))
 
+    @property
+    def points(self) -> int:
+        """Along the part of an edge in the cut."""
+        return _POINTS if self.heights is None else self.heights
+
+    def fine_enough(self, speed: Any, gain: Any, tolerance: float) -> "Milling":
+        """The same with as many ``heights`` as a tolerance asks for, unless they are given."""
+        if self.cutter.one_helix or self.heights is not None:
+            return self
+        made = copy(self)
+        object.__setattr__(made, "heights", points_for(self._radians(speed, gain), tolerance))
+        return made
+
     def doubt(self, speed: Any, gain: Any) -> str | None:
-        """What ``heights`` may leave of the force at known speeds, Hz, and depths, m, in words; None for little."""
+        """What points along edges may leave of the force at known speeds, Hz, and depths, m, in words; None for
+        little.
+        """
         if self.cutter.one_helix or not np.size(speed) or not np.size(gain):
             return None
+        return doubt_of_points(self._radians(speed, gain), self.heights)
+
+    def _radians(self, speed: Any, gain: Any) -> float:
+        """As ``radians_along``, at the slowest speed and the largest depth."""
         entry, exit_ = self.engagement
-        fastest = np.max(np.asarray(self.modes.angular_frequency)) / np.min(speed)
-        radians = radians_along(np.asarray(self.cutter.twist), exit_ - entry, np.max(gain), fastest)
-        return doubt_of_points(radians, self.heights, _MOST_HEIGHTS)
+        slowest = float(np.min(speed))
+        fastest = np.max(np.asarray(self.modes.at(slowest).angular_frequency)) / slowest
+        return radians_along(np.asarray(self.cutter.twist), exit_ - entry, np.max(gain), fastest)
 
     def with_layout(self, layout: Layout) -> "Milling":
         """The same with what else is known before tracing."""

@@ -29,14 +29,16 @@ _CHIP, _OTHERS = 0.01, {"runout": 0.001, "offset": 0.001, "diameter": 1.0, "corn
 _OTHERS |= {"amplitude": 0.005, "wave_length": 0.1}
 
 
-def warn_of_implausible(process: Any, speed: Any, gain: Any = None) -> None:
+def warn_of_implausible(process: Any, speed: Any, gain: Any = None, largest: Any = None) -> None:
     """Warn, at the user's line, of all that is implausible in a call; of nothing where JAX traces a part of it."""
-    for message in implausible(process, speed, gain):
+    for message in implausible(process, speed, gain, largest):
         warn(message)
 
 
-def implausible(process: Any, speed: Any, gain: Any = None) -> list[str]:
-    """Messages on the numbers of a call that passed its checks: a process, its speeds, Hz, and gains if it has any."""
+def implausible(process: Any, speed: Any, gain: Any = None, largest: Any = None) -> list[str]:
+    """Messages on the numbers of a call that passed its checks: a process, its speeds, Hz, and gains if it has any, of
+    which the ``largest`` may be one that is looked up to, as that of bounds is.
+    """
     # The modes by themselves as well: a process of one's own may be no pytree.
     if _is_traced((process, getattr(process, "modes", None), speed, gain)):
         return []
@@ -52,7 +54,8 @@ def implausible(process: Any, speed: Any, gain: Any = None) -> list[str]:
             lengths |= {"amplitude": wave.amplitude, "wave_length": wave.wave_length}
         messages += [too_long(name, length) for name, length in lengths.items()]
         doubt = getattr(process, "doubt", None)
-        messages += [doubt(speed, gain)] if doubt is not None and gain is not None else []
+        most = gain if largest is None else largest
+        messages += [doubt(speed, most)] if doubt is not None and most is not None else []
     return [message for message in messages if message is not None]
 
 

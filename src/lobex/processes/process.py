@@ -1,7 +1,7 @@
 """What every process is, and the checks of the point (speed, gain) at which it is asked for."""
 
 from collections.abc import Iterator
-from typing import Any, ClassVar, Protocol, runtime_checkable
+from typing import Any, ClassVar, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -13,12 +13,14 @@ from lobex.processes.plausible import TOO_FAST, passes_per_period
 from lobex.processes.quantity import Quantity, has_units
 from lobex.systems.system import DelaySystem
 
+AnyProcess = TypeVar("AnyProcess")
+
 
 @runtime_checkable
 class Process(Protocol):
     """A delayed process: speed (revolutions per second) and gain in, a delay system out.
 
-    A pytree of numbers. ``differentiable`` and ``by_gain``, if there are, are what the functions of
+    A pytree of numbers. ``differentiable``, ``by_gain`` and ``fine_enough``, if there are, are what the functions of
     these names ask for.
 
     Attributes:
@@ -63,6 +65,16 @@ def by_gain(process: Process, gains: Float[np.ndarray, " p"]) -> Iterator[tuple[
     """
     own = getattr(process, "by_gain", None)
     return iter(()) if own is None else own(gains)
+
+
+def fine_enough(process: AnyProcess, speed: Any, gain: Any, tolerance: float) -> AnyProcess:
+    """A process of as many parts as leave less of multipliers than a relative error, at speeds, Hz, and gains: itself,
+    unless it knows better and nothing is traced.
+    """
+    own = getattr(process, "fine_enough", None)
+    if own is None or not np.size(speed) or not np.size(gain) or _checks.is_traced((process, speed, gain)):
+        return process
+    return own(speed, gain, tolerance)
 
 
 def check_speed(process: Any, speed: Any) -> None:

@@ -172,7 +172,7 @@ def working_edges(process: Any, depth: Number) -> WorkingEdges:
         jnp.zeros(count) if cutter.runout is None else cutter.steps,
         cutter.alike,
         process.modes.directions,
-        process.heights,
+        process.points,
     )
 
 

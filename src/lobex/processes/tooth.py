@@ -90,7 +90,7 @@ def teeth_of(process: Any, depth: Number) -> Iterator[Tooth]:
             continue
         edge: Any = force(before[number], twist[number])
         narrowing = twist[(number + 1) % count] - twist[number]
-        yield Tooth(edge, step, share, tuple(edge_points(edge, TURN * share, narrowing, process.heights)))
+        yield Tooth(edge, step, share, tuple(edge_points(edge, TURN * share, narrowing, process.points)))
 
 
 def standing(process: Any, teeth: list[Tooth]) -> list[Forcing]:

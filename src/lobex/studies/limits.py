@@ -97,7 +97,7 @@ def critical_gain(
         speed=speeds,
         settings={"bounds": describe(bounds), "method": describe(method), "scan": describe(scan)},
         compute=partial(_limit, bounds=bounds, method=method, scan=scan),
-        implausible=lambda model: implausible(model, speeds, bounds[0]),
+        implausible=lambda model: implausible(model, speeds, *bounds),
         points=1,
         lanes=_BY_ROOTS if isinstance(chosen, CharacteristicRoots) else _BY_OPERATORS,
         bytes=COPIES * (_BYTES + _BYTES_OF_SCAN * _checks.integer("scan", scan, 3)),
