@@ -18,12 +18,15 @@ from lobex.operators.duhamel import Duhamel
 from lobex.operators.elimination import inverse, pivoted_inverse
 from lobex.processes.process import Process
 from lobex.systems.mesh import mesh_of
+from lobex.systems.system import Forces
 from lobex.systems.traits import Traits
 
 # Points, of coupled modes.
 _FEW = 1000
 FEWEST = 8
 """Of what is computed side by side."""
+# The same of coefficients that are shared, each of which takes long.
+_SIDE_BY_SIDE = 4
 
 
 def _prepared_at(
@@ -45,6 +48,17 @@ def _prepared_at(
     return over_few(at, together(len(speeds), FEWEST), count, speeds)
 
 
+def _coefficients_at(
+    process: Process, method: Duhamel, speed: Number, gains: Float[AnyArray, " gains"], count: Number
+) -> Forces:
+    """The coefficients that are the same for all speeds, at the first ``count`` gains."""
+
+    def at(gain: Number) -> Forces:
+        return method.coefficients(process.system(speed, gain))
+
+    return over_few(at, together(len(gains), _SIDE_BY_SIDE), count, gains)
+
+
 def _with_errors(
     process: Process,
     prepared: Any,
@@ -58,19 +72,23 @@ def _with_errors(
     several: int,
     samples: int | None,
     frequencies: bool,
+    shared: tuple[Forces, Int[AnyArray, " p"]] | None = None,
 ) -> tuple[Inexact[Array, " p"], ...]:
     """Dominant multipliers, chatter frequencies (NaN unless ``frequencies``), estimated errors by nodes and by
     rounding, and defects, at the first ``count`` points; with ``samples`` of the structure's kernel where nothing is
-    prepared.
+    prepared. Of ``shared`` coefficients and which of them is each point's they are taken in place of computing them.
     """
 
-    def point(row: Int[Array, ""], speed: Float[Array, ""], gain: Float[Array, ""]) -> tuple[Inexact[Array, ""], ...]:
+    def point(
+        row: Int[Array, ""], speed: Float[Array, ""], gain: Float[Array, ""], *which: Int[Array, ""]
+    ) -> tuple[Inexact[Array, ""], ...]:
         system = process.system(speed, gain)
         if prepared is None:
             mine = method.prepare(system, samples=samples)
         else:
             mine = jax.tree.map(lambda part: part[row], prepared)
-        forces = method.forces(system)
+        coefficients = None if shared is None else jax.tree.map(lambda part: part[which[0]], shared[0])
+        forces = method.forces(system, coefficients)
         pieces = method.respond(mine, system, pivoted_inverse if densely else inverse, forces)
         matrix = method.assemble(pieces, system)
         if densely:
@@ -85,10 +103,11 @@ def _with_errors(
             frequency = carrier_frequency(motion.phase, motion.weight, motion.output, system.period, pair.value)
         return as_complex(pair.value), frequency, motion.error, motion.rounding, motion.defect
 
-    return over_few(point, several, count, row, speed, gain)
+    return over_few(point, several, count, row, speed, gain, *([] if shared is None else shared[1:]))
 
 
 prepared_at = either_way(_prepared_at, "traits", "in_flight")
+coefficients_at = either_way(_coefficients_at)
 with_errors = either_way(_with_errors, "densely", "several", "samples", "frequencies")
 
 

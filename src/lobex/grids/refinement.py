@@ -13,12 +13,13 @@ from lobex._batches import FirstAlone, side_by_side
 from lobex._memory import available_memory, check_memory
 from lobex.grids.dominant import Dominant
 from lobex.grids.node_counts import MANY, node_counts, turn_of
-from lobex.grids.one_size import FEWEST, few_of_each, prepared_at, with_errors
+from lobex.grids.one_size import FEWEST, coefficients_at, few_of_each, prepared_at, with_errors
 from lobex.operators.duhamel import Duhamel
 from lobex.operators.prepared import bytes_between
 from lobex.operators.response import kernel_samples, samples_in_flight
 from lobex.processes.process import Process
 from lobex.systems.mesh import mesh_of
+from lobex.systems.system import Forces
 from lobex.systems.traits import traits_of
 
 # The growth per period that most points are beyond, for the first guess alone.
@@ -40,6 +41,8 @@ _CALL = 128
 _CACHE_BYTES = 5e5
 SPEEDS = 32
 """Structures prepared at a time."""
+# The fewest gains of which coefficients are shared.
+_COLUMNS = 16
 # Rows of the operators of all pieces up to which these are small.
 _SMALL = 400
 # Gains at which the pieces are looked at, and how much longer they may be between.
@@ -59,6 +62,7 @@ class Refinement:
     ) -> None:
         self.process, self.method, self.traits = process, method, traits_of(process)
         self.prepared_at, self.with_errors = prepared_at[quickly], with_errors[quickly]
+        self.coefficients_at = coefficients_at[quickly]
         self.followed = np.max if every_mode else np.min
         self.of_growth = of_growth
         self.sizes: tuple[int, ...] = ()
@@ -142,6 +146,7 @@ class Refinement:
             )
             prepared = jax.tree.map(lambda part: np.zeros(part.shape, part.dtype), shapes)
             slab = _Slab(self, np.full(SPEEDS, speed), np.zeros(1, dtype=int), np.full(1, gain))
+            slab.shared = slab.coefficients(slab.gain, method)
             batch = slab.batch(prepared, method)
             return slab.evaluate(prepared, np.zeros(1, dtype=int), method, _EFFORTS[0], batch)
 
@@ -176,6 +181,8 @@ class _Slab:
         # Of each speed among those that are prepared.
         self.place = np.zeros(len(speeds), dtype=int)
         self.densely = np.zeros(len(row), dtype=bool)
+        # Gains, and the coefficients at each, where these are the same for all speeds.
+        self.shared: tuple[np.ndarray, Forces] | None = None
 
     def run(self, start: np.ndarray, last: np.ndarray) -> None:
         """Compute every point with the size that ``start`` gives it, and with the next, up to ``last``, while it is too
@@ -188,6 +195,7 @@ class _Slab:
                 continue
             method = replace(self.whole.method, nodes=nodes)
             prepared, (first, *heavier) = self._prepared(points, method)
+            self.shared = self.coefficients(self.gain[points], method)
             batch = self.batch(prepared, method)
             some = points
             if len(points) >= _GROUPS * batch[1]:
@@ -245,6 +253,17 @@ class _Slab:
         prepared = self.whole.programs.call((self.device, method.nodes, many), prepare)
         return prepared, _EFFORTS_AFTER_LONG if mesh.pieces >= _LONG * mesh.history else _EFFORTS
 
+    def coefficients(self, gain: np.ndarray, method: Duhamel) -> tuple[np.ndarray, Forces] | None:
+        """What points of gains share over all speeds; None where that is nothing, or takes no time."""
+        if self.whole.traits.coefficients_by_speed:
+            return None
+        gains = np.unique(gain)
+        # So many that few programs serve.
+        many = max(2 ** int(np.ceil(np.log2(len(gains)))), _COLUMNS)
+        make = self.whole.coefficients_at
+        compute = partial(make, self.whole.process, method, self.speeds[0], np.resize(gains, many), len(gains))
+        return gains, self.whole.programs.call((self.device, method.nodes, "coefficients", many), compute)
+
     def _settled(self, points: np.ndarray) -> np.ndarray:
         """Whether the pairs at points are."""
         allowed = self._allowed(points)
@@ -267,7 +286,9 @@ class _Slab:
             part = points[begin : begin + size]
             filled = np.resize(part, size)
             row = self.row[filled]
-            place = self.place[row]
+            place, shared = self.place[row], None
+            if self.shared is not None:
+                shared = self.shared[1], np.searchsorted(self.shared[0], self.gain[filled])
             compute = partial(
                 self.whole.with_errors,
                 self.whole.process,
@@ -282,6 +303,7 @@ class _Slab:
                 several,
                 self.whole.samples,
                 not self.whole.of_growth,
+                shared,
             )
             results = self.whole.programs.call((self.device, method.nodes, densely, size), compute)
             for target, result in zip(targets, results, strict=True):

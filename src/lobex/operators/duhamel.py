@@ -236,14 +236,21 @@ class Duhamel:
         phase, weight, output = (jnp.concatenate(part, axis=1) for part in zip(*parts, strict=True))
         return phase.ravel(), weight.ravel(), output.reshape(-1, *jnp.shape(output)[2:])
 
-    def forces(self, system: DelaySystem) -> Forces:
-        """The coefficients at the nodes of every piece, (M, q, e, r), for scaled forces and outputs."""
+    def forces(self, system: DelaySystem, coefficients: Forces | None = None) -> Forces:
+        """The coefficients at the nodes of every piece, (M, q, e, r), for scaled forces and outputs, from those of
+        ``coefficients`` where they are known.
+        """
+        found = self.coefficients(system) if coefficients is None else coefficients
+        return jax.tree.map(lambda part: _scale(system) * part, found)
+
+    def coefficients(self, system: DelaySystem) -> Forces:
+        """The coefficients at the nodes of every piece, (M, q, e, r)."""
         mesh = mesh_of(system)
 
         def over(start: Number, length: Number) -> Forces:
             return system.at_nodes(start, length, self.count)
 
-        return jax.tree.map(lambda part: _scale(system) * part, jax.vmap(over)(mesh.start, mesh.length))
+        return jax.vmap(over)(mesh.start, mesh.length)
 
     def _factors(self, system: DelaySystem) -> Chips:
         """Forces per chip and chips per output of every delay at the nodes of every piece, scaled as ``forces``."""
