@@ -404,6 +404,20 @@ def test_points_of_an_edge_that_may_be_too_few_are_told():
         (lambda: lobex.Cutter.from_discs(D, [1e-3], radius=[0.0], teeth=2), "radius = .* must be positive"),
         (lambda: lobex.Cutter.from_discs(D, [1e-3], helix_degrees=30.0, teeth=2), "edges have a helix, a corner or a"),
         (lambda: milling(4, radial_immersion=None), "radial_immersion = None, angles = None: give one of them"),
+        (
+            lambda: lobex.Cutter.end_mill(D, pitch_degrees=["a", 90]),
+            r"pitch_degrees = \['a', 90\] is no list of numbers",
+        ),
+        (lambda: lobex.Cutter.end_mill(D, teeth=2, runout=[[1e-5], 2]), "runout = .* is no list of numbers"),
+        (
+            lambda: milling(4, radial_immersion=None, angles_degrees=["a", 60]),
+            r"angles_degrees = \['a', 60\] is no list of numbers",
+        ),
+        (lambda: lobex.Cutter.from_discs(D, ["a"], teeth=2), r"thickness = \['a'\] is no list of numbers"),
+        (
+            lambda: lobex.Cutter.end_mill(D, teeth=2, helix_degrees=[0, 30]),
+            r"helix_degrees = \[0, 30\]; give angles above 0 of all teeth, or 0 of all",
+        ),
         (lambda: milling(4, angles_degrees=[0.0, 60.0]), "radial_immersion = 0.6, angles = .*: give one of them"),
         (
             lambda: milling(4, radial_immersion=None, angles_degrees=[60.0, 30.0]),

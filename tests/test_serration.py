@@ -1,5 +1,6 @@
 """Serrated cutters, against brute force over heights and the cutters that waves of some phases come to."""
 
+from dataclasses import replace
 from typing import Any
 
 import jax
@@ -8,9 +9,13 @@ import numpy as np
 import pytest
 
 import lobex
+from lobex._pytree import pytree
+from lobex.advice import best_cuts
 from lobex.processes.plausible import implausible
 from lobex.processes.serrated_cuts import lines_of
 from lobex.processes.wave_cells import angles_met, bends, cells_up_to, waves_for
+from lobex.systems.coefficients import Framed
+from lobex.systems.traits import traits_of
 from problems import KN, KT, PLANE
 from refusals import refused
 from serrated_milling import forces, radius
@@ -144,6 +149,38 @@ def test_derivatives_are_those_of_differences():
     assert rates == pytest.approx(np.array(apart), rel=1e-3, abs=1e-4)
 
 
+@pytree()
+class Hastier:
+    """Serrated milling of a material that is the harder the faster it is cut."""
+
+    milling: lobex.Milling
+    gain = lobex.Milling.gain
+    speed_unit = "Hz"
+
+    def system(self, speed, gain):
+        system, unit = self.milling.system(speed, gain), np.eye(2)
+        terms = [replace(term, coefficient=Framed(speed * unit, term.coefficient, unit)) for term in system.terms]
+        return replace(system, terms=tuple(terms))
+
+
+def test_coefficients_are_shared_by_speeds_that_they_do_not_follow():
+    process = serrated(RANDOM, 3, 30.0)
+    assert not traits_of(process).coefficients_by_speed
+    assert traits_of(Hastier(process)).coefficients_by_speed
+    # What takes no time is not looked at.
+    assert traits_of(serrated(None, 3, 30.0)).coefficients_by_speed
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore:.* points have an estimated error")
+def test_a_chart_has_the_multipliers_of_each_of_its_points():
+    process, method = serrated({"amplitude": 8e-5, "wave_length": 1.7e-3}, 2), lobex.Duhamel(nodes=13)
+    speeds, depths = np.array([95.0, 104.0, 131.0]), np.array([5e-4, 2.1e-3, 5.3e-3])
+    chart = lobex.sweep(process, speeds, depths, method)
+    each = np.abs(lobex.multipliers(process, speeds[:, None], depths, method)[..., 0])
+    assert chart.spectral_radius == pytest.approx(each, rel=1e-9)
+
+
 @pytest.mark.slow
 def test_heights_are_integrated_to_the_last_digits_between_bends():
     lines = lines_of(serrated(RANDOM, 3, runout=RUNOUT))
@@ -194,13 +231,22 @@ def test_a_wave_in_millimetres_is_told_of(name, given):
     assert not implausible(serrated(RANDOM, 3), [SPEED], [DEPTH])
 
 
-def test_what_serrated_cutters_do_not_take_is_refused():
+def test_what_serrated_cutters_do_not_take_is_refused(monkeypatch):
     with refused("feed_per_tooth = None with a serrated cutter"):
         serrated(RANDOM, 3, feed=None)
     with refused("serration = 3 is none; give a lobex.Serration"):
         lobex.Cutter.end_mill(D, teeth=4, serration=3)
-    with refused("serration is of the edges of a cylinder"):
-        lobex.Cutter.ball(D, teeth=3, serration=lobex.Serration(**RANDOM))
+    wave = lobex.Serration(**RANDOM)
+    for message, edges in (
+        ("corner_radius = 0.001 with a serration; leave it out", {"corner_radius": 1e-3}),
+        ("lead = 0.7853.* with a serration; leave it out", {"lead_degrees": 45.0}),
+        ("helix = .* with a serration; give one angle of all teeth", {"helix_degrees": [30, 35, 40]}),
+        ("offset = 1e-05 with a serration; give a runout of every tooth", {"offset": 1e-5}),
+    ):
+        with refused(match=message):
+            lobex.Cutter.end_mill(D, teeth=3, serration=wave, **edges)
+    with refused(match="discs = .* with a serration; leave them out"):
+        lobex.Cutter.from_discs(D, [1e-3, 2e-3], teeth=3, serration=wave)
     process = serrated(RANDOM, 3)
     refusing: tuple[dict[str, Any], ...] = (
         {"process_damping": lobex.ProcessDamping(5e4)},
@@ -212,5 +258,9 @@ def test_what_serrated_cutters_do_not_take_is_refused():
             lobex.Milling(PLANE, process.cutter, KT, KN, 0.5, feed_per_tooth=FEED, **others)
     with refused("process = Milling has serrated teeth, whose forced motion is not known"):
         lobex.orbit(process, SPEED, DEPTH)
+    # Before anything is computed: no name of what would search for depths is there any more.
+    with monkeypatch.context() as patched, refused("process = Milling has serrated teeth, whose forced motion"):
+        patched.delattr(best_cuts, "dominant_over_grid")
+        lobex.recommend(process, (50.0, 90.0), (1e-4, 3e-3))
     with refused("process = Milling has serrated teeth, which this solution does not take; give critical_gain"):
         lobex.zero_order_limit(process, [SPEED])

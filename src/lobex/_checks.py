@@ -38,11 +38,17 @@ def untraced(verb: str, **arguments: Any) -> None:
             )
 
 
-def as_array(value: Any) -> Any:
+def as_array(value: Any, name: str = "") -> Any:
     """A list of numbers as one array, of JAX where it traces any of them; everything else as it is."""
     if not isinstance(value, list | tuple):
         return value
-    return sys.modules["jax"].numpy.asarray(value) if is_traced(value) else np.asarray(value, dtype=float)
+    if is_traced(value):
+        return sys.modules["jax"].numpy.asarray(value)
+    try:
+        return np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        called = f"{name} = " if name else ""
+        raise ValueError(f"{called}{brief(value)} is no list of numbers; give real numbers in equal rows") from None
 
 
 def as_numbers(name: str, value: Any, unit: str = "") -> np.ndarray | None:

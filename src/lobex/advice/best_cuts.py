@@ -13,7 +13,7 @@ from lobex._timing import timed
 from lobex._warnings import SweepWarning, warn
 from lobex.grids.evaluation import dominant_at_points, dominant_over_grid
 from lobex.motions.cut_along import furthest_of
-from lobex.motions.forced_motion import BATCH, orbit
+from lobex.motions.forced_motion import BATCH, check_moves, orbit
 from lobex.operators.duhamel import Duhamel
 from lobex.processes.process import check_gain, check_process, check_speed, fine_enough
 from lobex.processes.quantity import quantity_of
@@ -186,6 +186,7 @@ def _check_removes(process: Any) -> None:
             f"process = {_checks.brief(process)} does not tell what its teeth do; give a cylindrical cutter about its "
             "own axis, a steady speed and modes along x and y"
         )
+    check_moves(process)
 
 
 def _range(name: str, value: Any, unit: str) -> np.ndarray:

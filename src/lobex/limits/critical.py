@@ -63,7 +63,7 @@ def critical_gain(
     scan = _checks.integer("scan", scan, 3)
     if np.ndim(bounds) != 1 or len(bounds) != 2:
         raise ValueError(f"bounds = {bounds!r} must be two gains, the lowest and the highest")
-    speed = _checks.as_array(speed)
+    speed = _checks.as_array(speed, "speed")
     if np.ndim(speed) > 1 or np.size(speed) == 0:
         raise ValueError(f"speed has shape {np.shape(speed)}; give one speed or a list of them")
     check_speed(process, speed)

@@ -95,7 +95,7 @@ def orbit(
             tolerance, and where a tooth leaves the cut, so that the linear motion is not that of the cut.
         LobexWarning: for numbers that can hardly be meant: speeds in rpm, damping in per cent, depths in mm.
     """
-    speed, gain = (_checks.as_array(value) for value in (speed, gain))
+    speed, gain = _checks.as_array(speed, "speed"), _checks.as_array(gain, "gain")
     chosen = check_forced_motion(process, speed, gain, method)
     lanes = lanes_shape(speed, gain)
     phases = _checks.as_numbers("phase", np.linspace(0, 1, _SAMPLES) if phase is None else phase)
@@ -133,11 +133,16 @@ def of_call(process: Process, method: Duhamel, spent: Stopwatch, traced: bool) -
     }
 
 
+def check_moves(process: Any) -> None:
+    """Require a process of which a motion is known."""
+    if why := getattr(process, "without_motion", None):
+        raise ValueError(f"process = {type(process).__name__} {why}")
+
+
 def check_forced_motion(process: Process, speed: Any, gain: Any, method: Any) -> Duhamel:
     """What is checked of every call that asks for motions; the method to find them by."""
     check_process(process)
-    if why := getattr(process, "without_motion", None):
-        raise ValueError(f"process = {type(process).__name__} {why}")
+    check_moves(process)
     spare_programs()
     if not isinstance(method, Auto | Duhamel):
         raise ValueError(f"method = {_checks.brief(method)} makes no orbit; give lobex.Duhamel() or leave it out")

@@ -88,7 +88,7 @@ def orbits(process: Process, speed: Any, gain: Any, method: Duhamel | Auto = AUT
 
 def _axis(name: str, values: Any, unit: str) -> Any:
     """Numbers that increase, or that JAX traces, in one row."""
-    values = _checks.as_array(values)
+    values = _checks.as_array(values, name)
     return jnp.ravel(values) if _checks.is_traced(values) else _checks.grid(name, values, unit)
 
 

@@ -61,7 +61,7 @@ class Cutter:
     def __post_init__(self) -> None:
         object.__setattr__(self, "teeth", _checks.integer("teeth", self.teeth, 1, _MOST_TEETH))
         for name in ("pitch", "helix", "runout", "discs"):
-            object.__setattr__(self, name, _checks.as_array(getattr(self, name)))
+            object.__setattr__(self, name, _checks.as_array(getattr(self, name), name))
         if self.diameter is not None:
             _checks.positive("diameter", self.diameter, "m")
             _checks.scalar("diameter", self.diameter)
@@ -77,11 +77,7 @@ class Cutter:
         self._check_profile()
         if self.serration is not None:
             check_serration(self.serration, self.teeth, self.diameter)
-            if self.shaped or not self.one_helix or self.offset is not None:
-                raise ValueError(
-                    "serration is of the edges of a cylinder; leave out corner, lead, discs and a helix angle a tooth, "
-                    "and give runout in place of an offset"
-                )
+            self._check_smooth()
         object.__setattr__(self, "alike", self._repeats())
 
     @classmethod
@@ -125,7 +121,8 @@ class Cutter:
                 "teeth, or the pitch angles in degrees"
             )
         count: Any = teeth
-        pitch, helix = _checks.as_array(pitch_degrees), _checks.as_array(helix_degrees)
+        pitch = _checks.as_array(pitch_degrees, "pitch_degrees")
+        helix = _checks.as_array(helix_degrees, "helix_degrees")
         if pitch is not None:
             _checks.positive("pitch_degrees", pitch, "degrees")
             if np.ndim(pitch) != 1 or np.size(pitch) == 0:
@@ -140,13 +137,17 @@ class Cutter:
             angles = _checks.as_numbers("helix_degrees", helix, "degrees")
             if angles is not None and not np.all((angles >= 0) & (angles < 90)):
                 raise ValueError(f"helix_degrees = {_checks.brief(helix_degrees)}; give angles from 0 to below 90")
+            if angles is not None and np.any(angles) and not np.all(angles):
+                raise ValueError(
+                    f"helix_degrees = {_checks.brief(helix_degrees)}; give angles above 0 of all teeth, or 0 of all"
+                )
             straight = angles is not None and not np.any(angles)
             helix = None if straight else helix * (np.pi / 180)
         lead = None if lead_degrees is None else _lead(lead_degrees)
         if offset_degrees is not None:
             _checks.as_numbers("offset_degrees", offset_degrees, "degrees")
             offset_degrees = offset_degrees * (np.pi / 180)
-        stands: Any = _checks.as_array(runout)
+        stands: Any = _checks.as_array(runout, "runout")
         return cls(
             count,
             diameter,
@@ -317,6 +318,18 @@ class Cutter:
             )
         if self.diameter is None:
             raise ValueError("diameter = None with a helix; give the diameter of the cutter in m")
+
+    def _check_smooth(self) -> None:
+        """Require of serrated edges nothing that they are not taken with."""
+        for name, value, hint in (
+            ("corner_radius", self.corner_radius, "leave it out"),
+            ("lead", self.lead, "leave it out"),
+            ("discs", self.discs, "leave them out"),
+            ("helix", None if self.one_helix else self.helix, "give one angle of all teeth"),
+            ("offset", self.offset, "give a runout of every tooth in its place"),
+        ):
+            if value is not None:
+                raise ValueError(f"{name} = {_checks.brief(value)} with a serration; {hint}")
 
     def _check_profile(self) -> None:
         for name, unit in (("corner_radius", "m"), ("lead", "rad")):

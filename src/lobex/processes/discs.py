@@ -21,14 +21,14 @@ def stacked(
         ValueError: for discs without thickness or radius, lead angles that are not above 0 and up to 90 degrees, and
             other lengths than that of ``thickness``.
     """
-    thickness = _checks.as_array(thickness)
+    thickness = _checks.as_array(thickness, "thickness")
     _checks.positive("thickness", thickness, "m")
     count = np.shape(thickness)
     if len(count) != 1:
         raise ValueError(f"thickness has shape {count}; give one number a disc")
 
     def of_each(name: str, given: Any, usual: Any, unit: str) -> Any:
-        numbers = usual * np.ones(count) if given is None else _checks.as_array(given)
+        numbers = usual * np.ones(count) if given is None else _checks.as_array(given, name)
         _checks.as_numbers(name, numbers, unit)
         if np.shape(numbers) != count:
             raise ValueError(f"{name} has shape {np.shape(numbers)}; give one number a disc, {count}")

@@ -143,8 +143,8 @@ class Milling:
         if force is not None:
             tangential, normal, axial, edge = of_force(force, tangential, normal, axial, edge)
         if angles_degrees is not None:
-            angles = _checks.as_array(angles_degrees) * (np.pi / 180)
-        edge, angles = _checks.as_array(edge), _checks.as_array(angles)
+            angles = _checks.as_array(angles_degrees, "angles_degrees") * (np.pi / 180)
+        edge, angles = _checks.as_array(edge, "edge"), _checks.as_array(angles, "angles")
         given = locals()
         for name in (
             "modes",

@@ -28,7 +28,7 @@ class Serration:
 
     def __post_init__(self) -> None:
         for name in ("amplitude", "phase_degrees"):
-            object.__setattr__(self, name, _checks.as_array(getattr(self, name)))
+            object.__setattr__(self, name, _checks.as_array(getattr(self, name), name))
         _checks.not_negative("amplitude", self.amplitude, "m")
         _checks.positive("wave_length", self.wave_length, "m")
         _checks.scalar("wave_length", self.wave_length)

@@ -67,7 +67,7 @@ class SpeedVariation:
                 f"{1 / _MOST_PASSES:.2g} to {_MOST_CYCLES}"
             )
         object.__setattr__(self, "frequency_ratio", float(ratio))
-        object.__setattr__(self, "profile", _checks.as_array(self.profile))
+        object.__setattr__(self, "profile", _checks.as_array(self.profile, "profile"))
         if self.profile is not None:
             self._check_profile(self.profile)
         if not _checks.is_traced((self.amplitude, self.profile)):

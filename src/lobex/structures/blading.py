@@ -86,7 +86,7 @@ class Blading:
         for name in ("mistuning", "spacing", "coupling"):
             if getattr(self, name) is not None:
                 # JAX takes a list for a tree of numbers.
-                object.__setattr__(self, name, _checks.as_array(getattr(self, name)))
+                object.__setattr__(self, name, _checks.as_array(getattr(self, name), name))
 
     @property
     def directions(self) -> int:

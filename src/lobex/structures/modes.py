@@ -64,7 +64,7 @@ class Modes:
                 _checks.as_numbers(name, getattr(self, name), "1/√kg")
         for name in ("angular_frequency", "damping_ratio", "shape", *others):
             # JAX takes a list for a tree of numbers.
-            object.__setattr__(self, name, _checks.as_array(getattr(self, name)))
+            object.__setattr__(self, name, _checks.as_array(getattr(self, name), name))
         count = np.shape(self.angular_frequency)
         if len(count) != 1 or count[0] == 0:
             raise ValueError(f"angular_frequency has shape {count}; give one value per mode, shape (n,)")

@@ -64,7 +64,7 @@ class RotatingModes:
             given = getattr(self, name)
             if given is None:
                 continue
-            numbers, matrix = _checks.as_numbers(name, given), _checks.as_array(given)
+            numbers, matrix = _checks.as_numbers(name, given), _checks.as_array(given, name)
             if np.shape(matrix) != (p, p):
                 raise ValueError(f"{name} has shape {np.shape(matrix)}; give that of {p} modes, {(p, p)}")
             if numbers is not None and np.any(
