@@ -95,6 +95,19 @@ def test_the_fit_tells_two_close_pairs_apart():
     assert growth.error[0] < 1e-8
 
 
+@pytest.mark.parametrize("noise", [1e-9, 5.6e-9, 1e-8])
+def test_the_fit_takes_no_direction_that_it_left_out_for_a_multiplier(noise):
+    """Some of the noise is below what is left out; of the rest the fit has an error of 1e-6."""
+    value = 0.966 * np.exp(3.141j)
+    for seed in range(30):
+        random = np.random.default_rng(seed)
+        basis = random.standard_normal(20) + 1j * random.standard_normal(20)
+        states = np.array([np.real(value**k * basis) for k in range(10)])
+        growth = fit_growth(states[None] + noise * random.standard_normal(states.shape))
+        assert abs(growth.multiplier[0]) == pytest.approx(0.966, abs=1e-4), seed
+        assert growth.error[0] > 1e-9, seed
+
+
 def test_the_error_of_the_fit_is_large_while_other_multipliers_still_matter():
     exact = lobex.spectral_radius(ROD, 300.0, 3e6, lobex.Chebyshev(64))
     marches = [march_delay(ROD, 300.0, 3e6, pulse, periods, 2000) for periods in (4, 40)]

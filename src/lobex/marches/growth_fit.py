@@ -40,7 +40,10 @@ def fit_growth(delay_states: np.ndarray) -> Growth:
     image = after @ (np.swapaxes(right, 1, 2) * inverse[:, None, :])
     basis = basis * kept[:, None, :]
     values, vectors = np.linalg.eig(np.swapaxes(basis, 1, 2) @ image)
-    distance = np.linalg.norm(image @ vectors - (basis @ vectors) * values[:, None, :], axis=1)
+    lifted = basis @ vectors
+    distance, size = (np.linalg.norm(part, axis=1) for part in (image @ vectors - lifted * values[:, None, :], lifted))
+    # The zeros of the directions left out are no multipliers.
+    distance = np.where(size > 0, distance / np.where(size > 0, size, 1.0), np.inf)
     value, error = _largest_trusted(values, distance)
     value = np.where(np.imag(value) < 0, np.conj(value), value)
     return Growth(np.where(usable, value, np.nan), np.where(usable, error, np.nan))
