@@ -21,6 +21,7 @@ from lobex import _checks
 from lobex._batches import in_batches
 from lobex._compiled import compiled, compiled_for, compiled_quickly
 from lobex._float64 import in_float64
+from lobex._missing import where_there, with_stand_in
 from lobex._namespace import namespace, still
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray, ArrayLike, Number, Numbers
@@ -223,11 +224,15 @@ def _curve(source: Regeneration | Branched) -> ReceptanceCurve:
 
 
 def _gain(
-    curve: ReceptanceCurve, row: Int[AnyArray, " *lanes"], offset: Float[AnyArray, " *lanes"]
+    curve: ReceptanceCurve,
+    row: Int[AnyArray, " *lanes"],
+    offset: Float[AnyArray, " *lanes"],
+    there: Bool[AnyArray, " *lanes"],
 ) -> Float[AnyArray, " *lanes"]:
-    gain = on_boundary(curve.at(row, offset)[0].real)
+    """Where there is a limit; elsewhere NaN."""
+    gain = on_boundary(with_stand_in(there, curve.at(row, offset)[0].real, -1.0))
     # At the pole of an undamped mode: exactly zero, with the derivative by damping that it has.
-    return gain - namespace(gain).where(curve.undamped_at(row, offset), still(gain), 0.0)
+    return where_there(there, gain - namespace(gain).where(curve.undamped_at(row, offset), still(gain), 0.0))
 
 
 @in_float64
@@ -243,11 +248,10 @@ def _branches(
 def _curves(
     response: Complex[AnyArray, " *points"], omega: Float[AnyArray, " *points"], lobes: int
 ) -> tuple[Float[AnyArray, " *points"], Float[AnyArray, " lobes *points"]]:
-    lib = namespace(response, omega)
     there = response.real < 0
-    real = lib.where(there, response.real, -1.0)
+    real = with_stand_in(there, response.real, -1.0)
     speed = _lobe_speeds(from_parts(real, response.imag), omega, lobes)
-    return lib.where(there, on_boundary(real), lib.nan), lib.where(there, speed, lib.nan)
+    return where_there(there, on_boundary(real)), where_there(there, speed)
 
 
 def _lobe_speeds(
@@ -335,8 +339,8 @@ def limit_at(
     found = lowest_lobe_point(bare, mine, bare_speed)
     offset = _follow(curve, speed, found.row, found.offset)
     exists = stable & (found.gain < lib.inf)
-    gain = lib.where(exists, _gain(curve, found.row, offset) / source.stiffness, lib.nan)
-    omega = lib.where(exists, curve.anchor[found.row] + offset, lib.nan)
+    gain = _gain(curve, found.row, offset, exists) / source.stiffness
+    omega = where_there(exists, curve.anchor[found.row] + offset)
     return gain, omega, found.lobe.astype(int), found.tie
 
 
@@ -345,7 +349,8 @@ def limit_followed(source: Regeneration, speed: Float[Array, ""], omega: Float[A
     curve = _curve(source)
     anchor = still(curve.anchor)
     row = jnp.clip(jnp.searchsorted(anchor, omega, side="right") - 1, 0, len(anchor) - 1)
-    return _gain(curve, row, _follow(curve, speed, row, omega - anchor[row])) / source.stiffness
+    offset = _follow(curve, speed, row, omega - anchor[row])
+    return _gain(curve, row, offset, jnp.isfinite(omega)) / source.stiffness
 
 
 def _follow(
@@ -380,11 +385,11 @@ def _least(
     offset = offset - step
     exists = lowest.gain < jnp.inf
     omega = curve.anchor[row] + offset
-    response = jnp.where(exists, curve.at(row, offset)[0], -1.0)
-    gain = _gain(curve, row, offset) / source.stiffness
+    response = with_stand_in(exists, curve.at(row, offset)[0], -1.0)
+    gain = _gain(curve, row, offset, exists) / source.stiffness
     speed = _lobe_speeds(response, omega, lobes)
     return (
-        jnp.where(exists, gain, jnp.nan),
-        cast(Array, jnp.where(exists, omega, jnp.nan)),
-        jnp.where(exists, speed, jnp.nan),
+        gain,
+        where_there(exists, omega),
+        where_there(exists, speed),
     )

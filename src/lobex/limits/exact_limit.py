@@ -9,6 +9,7 @@ from jaxtyping import Bool, Float, Int
 
 from lobex import _checks
 from lobex._float64 import in_float64
+from lobex._missing import where_there
 from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray
@@ -114,9 +115,7 @@ def exact_limit(process: Process, speed: Any) -> Limit:
             parts = _at_each(tabled(process, speed), speed)
         else:
             parts = _limits_of(_form_of(process), speed)
-    gain, frequency, low = (
-        lib.where(parts.neutral, lib.nan, part) for part in (parts.gain, parts.frequency, parts.low)
-    )
+    gain, frequency, low = (where_there(~parts.neutral, part) for part in (parts.gain, parts.frequency, parts.low))
     warn_of_thick(process, gain)
     there = lib.isfinite(gain)
     status = lib.where(there, lib.where(parts.tie, int(Status.TIE), int(Status.FOUND)), parts.missing)
@@ -127,7 +126,7 @@ def exact_limit(process: Process, speed: Any) -> Limit:
         chatter_frequency=frequency,
         kind_code=lib.where(there, parts.kind, int(Kind.NONE)).astype("int8"),
         status_code=status.astype("int8"),
-        intervals=lib.stack([lib.where(there, low, lib.nan), gain], axis=-1)[:, None],
+        intervals=lib.stack([where_there(there, low), gain], axis=-1)[:, None],
         **parts.labels._asdict(),
         error=_RELATIVE_ERROR * lib.abs(gain),
         bounds=(-np.inf if process.gain.signed else 0.0, np.inf),

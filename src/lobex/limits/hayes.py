@@ -1,15 +1,16 @@
 """The exact stability limits of Hayes' equation ẋ(t) = a x(t) + b x(t − τ)."""
 
-from typing import cast
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float, Real
+from jaxtyping import Float, Real
 
 from lobex import _checks
 from lobex._compiled import compiled
 from lobex._float64 import in_float64
+from lobex._missing import where_there, with_stand_in
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray, ArrayLike
 
@@ -59,14 +60,14 @@ def hayes_interval(a: ArrayLike, speed: ArrayLike) -> HayesInterval:
 @compiled
 def _interval(
     a: Real[AnyArray, "..."], speed: Real[AnyArray, "..."]
-) -> tuple[Float[Array, " *lanes"], Float[Array, " *lanes"], Float[Array, " *lanes"]]:
+) -> tuple[Float[AnyArray, " *lanes"], Float[AnyArray, " *lanes"], Float[AnyArray, " *lanes"]]:
     a, speed = jnp.broadcast_arrays(*(jnp.asarray(v, dtype=jnp.result_type(float)) for v in (a, speed)))
     scaled = a / speed
     exists = scaled < 1
-    scaled = cast(Array, jnp.where(exists, scaled, 0.0))
+    scaled = with_stand_in(exists, scaled, 0.0)
 
     # θ − arg(aτ + jθ): convex and started right of its root for a > 0, concave and started left for a < 0.
-    def improve(theta: Float[Array, " *lanes"], scaled: Float[Array, " *lanes"]) -> Float[Array, " *lanes"]:
+    def improve(theta: Any, scaled: Float[AnyArray, " *lanes"]) -> Any:
         value = theta - jnp.arctan2(theta, scaled)
         return theta - value / (1 - scaled / (scaled**2 + theta**2))
 
@@ -78,5 +79,5 @@ def _interval(
     omega = theta * speed
     # |b| = |jω − a| keeps its digits where sin θ does not.
     lower = -jnp.sqrt(omega**2 + a**2)
-    lower, upper, omega = (jnp.where(exists, r, jnp.nan) for r in (lower, -a, omega))
+    lower, upper, omega = (where_there(exists, r) for r in (lower, -a, omega))
     return lower, upper, omega

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Bool, Complex, Float, Inexact, Int, Real
 
 from lobex import _checks
+from lobex._missing import where_there
 from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray, ArrayLike
@@ -108,7 +109,7 @@ def receptance(source: Modes | Sections | Receptance, omega: ArrayLike) -> compl
         curve = SampledCurve(source)
         row = lib.clip(lib.searchsorted(curve.anchor, at, side="right") - 1, 0, curve.rows - 1)
         inside = (at >= curve.anchor[0]) & (at <= curve.knot[-1])
-        return lib.where(inside, curve.at(row, at - curve.anchor[row])[0], lib.nan)
+        return where_there(inside, curve.at(row, at - curve.anchor[row])[0])
 
 
 class SampledCurve:

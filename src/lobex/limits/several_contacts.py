@@ -8,6 +8,7 @@ from jaxtyping import Bool, Complex, Float, Int
 
 from lobex import _checks
 from lobex._compiled import compiled
+from lobex._missing import where_there
 from lobex._namespace import namespace
 from lobex._shapes import AnyArray, Numbers
 from lobex.limits.eigenvalue_branches import EigenvalueBranches, eigenvalue_branches
@@ -88,9 +89,7 @@ def settled(
     left, right, twice = _vectors(known, anchor, offset, value)
     found = _carried if _checks.is_traced((sections, speed)) else _on_the_boundary
     gain, omega = found(sections, speed, _Root(left, right, anchor, offset, lobe))
-    # A product, so that where there is no limit its derivative is no number either.
-    some = np.where(there, 1.0, np.nan)
-    return some * gain, some * omega, lobe, tie | twice & there
+    return where_there(there, gain), where_there(there, omega), lobe, tie | twice & there
 
 
 def _on_the_boundary(

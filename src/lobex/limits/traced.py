@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int, Real
 
 from lobex._float64 import in_float64
+from lobex._missing import where_there, without_derivative
 from lobex._shapes import AnyArray, Number
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.floquet import power
@@ -73,9 +74,8 @@ def _by_subdivision(source: Regeneration, speeds: Real[AnyArray, " lanes"], lowe
     within = found.gain <= highest
     status = jnp.where(within, jnp.where(found.tie, Status.TIE, Status.FOUND), Status.NONE_IN_RANGE)
     status = jnp.where(jnp.isnan(found.gain), Status.UNSTABLE_AT_THE_LOWER_BOUND, status)
-    # A product, so that where there is no limit its derivative is no number either.
-    known = jnp.where(within, 1.0, jnp.nan)
-    return known * found.gain, known * found.chatter_frequency, jnp.where(within, Kind.HOPF, Kind.NONE), status
+    kind, frequency = jnp.where(within, Kind.HOPF, Kind.NONE), found.angular_frequency / (2 * np.pi)
+    return where_there(within, found.gain), where_there(within, frequency), kind, status
 
 
 @in_float64
@@ -112,11 +112,13 @@ def _by_operator(process: Process, speeds: Real[AnyArray, " lanes"], gains: np.n
         return gain, status, frequency, jnp.where(good, label.kind, Kind.NONE), change.slope
 
     root, status, frequency, kind, slope = jax.lax.stop_gradient(jax.lax.map(search, fixed[1]))
+    there = ~jnp.isnan(root)
+    safe = jnp.where(there, root, gains[0])
     # On the limit the growth stays zero: ∂F/∂θ dθ + ∂F/∂g dg = 0.
-    safe = jnp.where(jnp.isnan(root), gains[0], root)
     residual = jax.vmap(partial(growth, process, method))(speeds, safe)
-    gain = root - (residual - jax.lax.stop_gradient(residual)) / slope
-    return gain, frequency, kind, status
+    moved = (residual - jax.lax.stop_gradient(residual)) / cast(Array, jnp.where(there, slope, 1.0))
+    gain = where_there(there, safe - moved)
+    return gain, without_derivative(frequency, gain), kind, status
 
 
 def _growth_of(matrix: Float[Array, "N N"]) -> Float[Array, ""]:

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from lobex import _checks
+from lobex._missing import where_there
 from lobex._namespace import namespace
 from lobex._shapes import AnyArray
 from lobex.limits.modal_curve import ModalCurve
@@ -62,9 +63,7 @@ def limits_of_tracks(
     omega, x = np.where(there, omega, known.angular_frequency[0, 0]), np.where(there, x, 1.0)
     if _checks.is_traced((blades, speed)):
         omega, x = jax.jit(_stepped)(blades.receptance, 1 / speed, omega, x)
-    # Products, so that where there is no limit its derivative is no number either.
-    some = np.where(there, 1.0, np.nan)
-    return some / x, some * omega, tie & there
+    return where_there(there, 1 / x), where_there(there, omega), tie & there
 
 
 def _arcs(sections: Sections) -> tuple[Points, Points]:

@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Bool, Complex, Float, Real
 
 from lobex import _checks
+from lobex._missing import where_there
 from lobex._namespace import namespace
 from lobex._shapes import AnyArray, Numbers
 from lobex.limits.eigenvalue_branches import POWERS, smooth_cells
@@ -58,8 +59,7 @@ def limits_of_stage(
     left, right = (np.stack(side) for side in zip(*sides, strict=True))
     settle = jax.jit(_settled) if _checks.is_traced((stage, speed)) else _settled
     gain, omega = settle(stage, speed, at, left, right)
-    some = np.where(there, 1.0, np.nan)
-    return some * gain, some * omega, tie & there
+    return where_there(there, gain), where_there(there, omega), tie & there
 
 
 def _response(

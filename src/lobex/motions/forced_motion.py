@@ -15,6 +15,7 @@ from lobex._batches import in_batches, over_few, together
 from lobex._broadcast import over_points
 from lobex._compiled import compiled, compiled_for
 from lobex._float64 import at_once, in_float64, widened
+from lobex._missing import where_there
 from lobex._shapes import AnyArray, ArrayLike, Number
 from lobex._timing import Stopwatch, spare_programs, timed
 from lobex._warnings import SweepWarning, warn
@@ -289,7 +290,7 @@ def _fields(
     told = (status != OrbitStatus.UNSTABLE) & (status != OrbitStatus.FAILED)
 
     def where_told(part: Float[AnyArray, "..."]) -> Float[AnyArray, "..."]:
-        return lib.where(told.reshape(told.shape + (1,) * (part.ndim - told.ndim)), part, lib.nan)
+        return where_there(told.reshape(told.shape + (1,) * (part.ndim - told.ndim)), part)
 
     motion = {
         "displacement": lanes.seen.output[..., : len(wanted.phase), :],

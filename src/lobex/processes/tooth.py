@@ -4,12 +4,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, NamedTuple
 
-import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
 
 from lobex import _checks
+from lobex._missing import without_derivative
 from lobex._namespace import namespace
 from lobex._shapes import Number
 from lobex.processes.cutter import TURN
@@ -64,7 +63,9 @@ def teeth_of(process: Any, depth: Number) -> Iterator[Tooth]:
         standing_off = cutter.diameter * (0.5 - process.radial_immersion)
         entry, exit_ = angles_to_wall(standing_off, cutter.discs[:, 3], process.direction)
     if in_one_piece(layout.parts) and _checks.is_traced((process.radial_immersion, process.angles)):
-        entry = _no_derivative(entry, process.radial_immersion if process.angles is None else jnp.sum(process.angles))
+        # What follows would make a wrong one of it.
+        given = process.radial_immersion if process.angles is None else jnp.sum(process.angles)
+        entry = without_derivative(jnp.asarray(entry, dtype=jnp.result_type(float)), given)
 
     def force(before: Number | None, twist: Number | None) -> Edges:
         numbers = depth, process.tangential, process.normal, process.axial, None, entry, exit_, before
@@ -115,18 +116,3 @@ def _step_force(teeth: Edges, step: Number) -> Forcing:
     """−b Σ (K_t t + K_n n) step, of a chip that is thicker by a step."""
     pushed: Any = Framed(-np.eye(teeth.directions), Following(replace(teeth, law=STEP)), step * np.ones((1, 1)))
     return Forcing(pushed)
-
-
-@jax.custom_jvp
-def _no_derivative(angle: Number, immersion: Number) -> Float[Array, ""]:
-    """An angle whose derivative by the immersion, or by the angles in its place, is no number, where what follows would
-    make a wrong one of it.
-    """
-    return jnp.asarray(angle, dtype=jnp.result_type(float))
-
-
-@_no_derivative.defjvp
-def _(
-    primals: tuple[Float[Array, ""], Float[Array, ""]], tangents: tuple[Float[Array, ""], Float[Array, ""]]
-) -> tuple[Float[Array, ""], Float[Array, ""]]:
-    return _no_derivative(*primals), jnp.nan * tangents[1]

@@ -9,6 +9,7 @@ from jaxtyping import Float, Real
 
 from lobex import _checks
 from lobex._float64 import in_float64
+from lobex._missing import where_there
 from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import AnyArray, ArrayLike, Number
@@ -97,7 +98,7 @@ class ModesOverSpeed:
         table = lib.asarray(self.speed)
         row = lib.clip(lib.searchsorted(table, speed, side="right") - 1, 0, np.shape(table)[0] - 2)
         share = (speed - table[row]) / (table[row + 1] - table[row])
-        share = lib.where((speed >= table[0]) & (speed <= table[-1]), share, lib.nan)
+        share = where_there((speed >= table[0]) & (speed <= table[-1]), share)
 
         def between(part: Any) -> Any:
             part = lib.asarray(part)
