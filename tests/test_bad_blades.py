@@ -83,6 +83,10 @@ def of_matrices(**changes):
         (lambda: of_matrices(gyroscopic=np.eye(3)), "gyroscopic has shape (3, 3) and mass (2, 2)"),
         (lambda: of_matrices(gyroscopic=np.eye(2)), "gyroscopic is not skew"),
         (lambda: of_matrices(mass=np.diag([1.0, -1.0])), "mass is singular or indefinite"),
+        (lambda: of_matrices(stiffness=np.eye(3)), "stiffness has shape (3, 3) and mass (2, 2)"),
+        (lambda: of_matrices(mass=np.eye(3), spin_stiffness=None), "stiffness has shape (2, 2) and mass (3, 3)"),
+        (lambda: of_matrices(contact=[0.0, 0.0]), "contact has a direction of zeros alone"),
+        (lambda: of_matrices(contact=[[1.0, 0.0], [1.0, 0.0]], spin_stiffness=None), "a direction of zeros"),
         (lambda: of_matrices(contact=[1.0]), "contact has shape (1,); give (2,) or (2, directions)"),
         (lambda: rotating(spin_stiffness=np.eye(3)), "spin_stiffness has shape (3, 3); give that of 2 modes, (2, 2)"),
         (lambda: rotating(spin_stiffness=[[1.0, 0.5], [0.0, 1.0]]), "spin_stiffness is not symmetric"),
@@ -143,3 +147,21 @@ def test_an_exact_limit_takes_one_speed_or_a_list():
     for speed in ([], [[12.0]]):
         with pytest.raises(ValueError, match=r"^speed has shape .*; give one speed or a list of them$"):
             lobex.exact_limit(lobex.Rub(SINKING), speed)
+
+
+NOWHERE = lobex.Modes([100.0], [0.01], [[0.0]])
+
+
+@pytest.mark.parametrize(
+    "modes",
+    [
+        NOWHERE,
+        lobex.Modes([100.0], [0.01], np.zeros((1, 2))),
+        lobex.Blading(NOWHERE, 3),
+        lobex.Blading(NOWHERE, 3, mistuning=[0.0, 0.01, -0.01], coupling=5.0),
+    ],
+    ids=["one", "several", "tuned", "coupled"],
+)
+def test_a_contact_that_no_mode_moves_has_no_limit_and_says_so(modes):
+    with refused("meets nothing that moves; give critical_gain"):
+        lobex.exact_limit(lobex.Rub(modes), 4.0)

@@ -160,6 +160,20 @@ def test_blades_in_other_units_are_told(name, value, words):
         assert warning.filename == __file__
 
 
+def test_a_hub_in_millimetres_and_friction_in_per_cent_are_told():
+    beam = {"length": 0.2, "width": 0.05, "thickness": 0.004, "young_modulus": 110e9, "density": 4430.0, "elements": 1}
+    (warning,) = said_by(lambda: lobex.Beam.rectangular(**beam, hub_radius=120.0))
+    assert str(warning.message) == "hub_radius = 120 m is more than a blade has; it is in m, 0.5 for 500 mm"
+    tip, surface = lobex.Modes([100.0, 300.0], [0.01, 0.02], np.eye(2)), {"normal": (1, 0), "sliding": (0, 1)}
+    for call in (
+        lambda: tip.in_contact(**surface, friction=15.0),
+        lambda: lobex.Beam.rectangular(**beam).modes(0.01, [1], sliding=(0, 1, 0), friction=15.0),
+    ):
+        (warning,) = said_by(call)
+        assert str(warning.message) == "friction = 15 is more than any surfaces have; give a coefficient, 0.15 for 15 %"
+        assert warning.filename == __file__
+
+
 def test_a_feed_of_turning_in_millimetres_is_told():
     with pytest.warns(lobex.LobexWarning, match="feed = 0.1 m is more than any tool has"):
         lobex.simulate_turning(TURN.modes, LAW, 100.0, 1e-3, 0.1, 2, 128)

@@ -206,6 +206,8 @@ def _of_numbers(process: Process, measured: bool) -> _Numbers:
         positive = bool(inputs @ then > 0)
         return _Numbers(None if positive else "has a delayed gain of another sign", single=True)
     acting, before = (inputs @ now, inputs @ then) if apart else (now, then)
+    if not np.any(now) and not np.any(then):
+        return _Numbers("has a force that meets nothing that moves")
     if not np.any(now) or not np.allclose(acting, -before, rtol=0.0, atol=_ROUNDING * np.max(np.abs(acting))):
         return _Numbers("has a force that is not one of what is now less what was a period ago")
     if measured and np.any(present > 0):

@@ -102,6 +102,8 @@ def tracks_of(process: Process, known: Process, speed: float) -> Uncoupled | Fam
     alone = np.all(np.sum(acting != 0, axis=0) == 1) and np.count_nonzero(forces) == np.count_nonzero(acting)
     if not alone or np.any(total <= 0):
         return "has forces that are not one on each of its outputs, against it"
+    if not np.all(np.any(system.outputs, axis=(0, 2))):
+        return "has a contact that meets nothing that moves"
     order = _order(system)
     if order is None:
         return "has outputs that are not each in the track of one other, all around"

@@ -94,7 +94,8 @@ class Beam:
         ratio = _checks.as_numbers("poisson_ratio", self.poisson_ratio)
         if ratio is not None and not -1 < ratio <= 0.5:
             raise ValueError(f"poisson_ratio = {float(ratio):.6g} is no material's; give a number from −1 to 0.5")
-        warn_of_blade(length=self.length, young_modulus=self.young_modulus, density=self.density)
+        doubtful = ("length", "young_modulus", "density", "hub_radius")
+        warn_of_blade(**{name: getattr(self, name) for name in doubtful})
         if self.root_stiffness is None:
             return
         _checks.not_negative("root_stiffness", self.root_stiffness, "N/m and N m/rad")

@@ -9,9 +9,12 @@ from lobex import _checks
 from lobex._float64 import in_float64
 from lobex._namespace import namespace
 from lobex._shapes import AnyArray
+from lobex._warnings import warn
 
 # Of the cosine between normal and sliding.
 _ALONG = 1e-6
+# Of dry friction, more than any pair of materials has.
+_ROUGH = 3.0
 
 
 @in_float64
@@ -36,6 +39,9 @@ def contact_vectors(
     Raises:
         ValueError: for vectors of no length or another shape, a sliding that is not at right angles to the normal, and
             a coefficient below zero.
+
+    Warns:
+        LobexWarning: for a coefficient above 3, which can only be in per cent.
     """
     _checks.not_negative("friction", friction)
     coefficient = _checks.as_array(friction)
@@ -48,6 +54,9 @@ def contact_vectors(
             f"friction has shape {np.shape(coefficient)}, where normal has {np.shape(along)[0]} contacts{slides}; give "
             "one for all, or one for each"
         )
+    if not _checks.is_traced(coefficient) and np.max(coefficient) > _ROUGH:
+        most = float(np.max(coefficient))
+        warn(f"friction = {most:.6g} is more than any surfaces have; give a coefficient, 0.15 for 15 %")
     if slid is None:
         if _checks.is_traced(coefficient) or np.any(np.asarray(coefficient) != 0):
             raise ValueError(f"friction = {_checks.brief(friction)} has no direction; give sliding, along the surface")

@@ -13,7 +13,7 @@ from lobex import _checks
 from lobex._float64 import in_float64
 from lobex._namespace import namespace
 from lobex._shapes import AnyArray, Number
-from lobex.structures.matrices import check_symmetric, dense, diagonal, is_sparse
+from lobex.structures.matrices import check_same_size, check_symmetric, dense, diagonal, is_sparse, size_of
 
 # Of ω₁² M/K, in rounding units: 1e-6 and less clamped, 1 and more free, in rods and beams of up to 200 elements.
 _FREE = 0.01
@@ -35,12 +35,10 @@ def vibration_modes(
     """
     for name, matrix in (("mass", mass), ("stiffness", stiffness)):
         check_symmetric(name, matrix)
-    shapes = [m.shape if is_sparse(m) else np.shape(m) for m in (mass, stiffness)]
-    if shapes[0] != shapes[1]:
-        raise ValueError(f"stiffness has shape {shapes[1]} and mass {shapes[0]}; give the same size")
+    check_same_size("stiffness", stiffness, mass)
     if keep is not None and (is_sparse(mass) or is_sparse(stiffness)):
         _check_masses(diagonal(mass), condense)
-        if max(keep_modes(keep, shapes[0][0])) < np.sum(diagonal(mass) > 0) - 2:
+        if max(keep_modes(keep, size_of(mass)[0])) < np.sum(diagonal(mass) > 0) - 2:
             return _lowest_modes(mass, stiffness, keep)
     mass, stiffness = dense(mass), dense(stiffness)
     _check_definite(mass, condense)

@@ -29,6 +29,17 @@ def diagonal(matrix: Any) -> Real[AnyArray, " dof"]:
     return matrix.diagonal() if is_sparse(matrix) else np.diagonal(matrix)
 
 
+def size_of(matrix: Any) -> tuple[int, ...]:
+    """Its shape."""
+    return matrix.shape if is_sparse(matrix) else np.shape(matrix)
+
+
+def check_same_size(name: str, matrix: Any, mass: Any) -> None:
+    """Require a matrix of as many degrees of freedom as a mass matrix has."""
+    if size_of(matrix) != size_of(mass):
+        raise ValueError(f"{name} has shape {size_of(matrix)} and mass {size_of(mass)}; give the same size")
+
+
 def whole(name: str, matrix: Any, triangle: str | None) -> Any:
     """The symmetric matrix of which ``matrix`` holds one triangle, diagonal included; as it is for None.
 
@@ -92,7 +103,7 @@ def _diagonal_matrix(matrix: Any) -> Any:
 
 
 def _check_numbers(name: str, matrix: Any) -> None:
-    shape = matrix.shape if is_sparse(matrix) else np.shape(matrix)
+    shape = size_of(matrix)
     if len(shape) != 2 or shape[0] != shape[1] or shape[0] == 0:
         raise ValueError(f"{name} has shape {shape}; give a square matrix")
     _checks.as_numbers(name, matrix.tocoo().data if is_sparse(matrix) else matrix)

@@ -9,7 +9,7 @@ from lobex import _checks
 from lobex.structures.contact_shapes import seen_at
 from lobex.structures.damping import coupled_modes, modal_damping, proportional_damping
 from lobex.structures.eigenproblem import vibration_modes
-from lobex.structures.matrices import is_sparse, whole
+from lobex.structures.matrices import check_same_size, size_of, whole
 
 
 def modes_of_matrices(
@@ -29,6 +29,7 @@ def modes_of_matrices(
         raise ValueError("give either damping_ratio or damping, a matrix")
     given = {"mass": mass, "stiffness": stiffness} | ({} if damping is None else {"damping": damping})
     mass, stiffness, *matrix = (whole(name, value, triangle) for name, value in given.items())
+    check_same_size("stiffness", stiffness, mass)
     check_contact(mass, contact, force)
     angular_frequency, vectors = vibration_modes(mass, stiffness, keep, condense)
     shape, loading = seen_at(vectors, contact), None if force is None else seen_at(vectors, force)
@@ -43,11 +44,13 @@ def modes_of_matrices(
 
 
 def check_contact(mass: Any, contact: Any, force: Any) -> None:
-    """Require combinations of the degrees of freedom of a mass matrix, of one shape."""
-    dof = (mass.shape if is_sparse(mass) else np.shape(mass))[0]
-    _checks.as_numbers("contact", contact)
+    """Require combinations of the degrees of freedom of a mass matrix, of one shape, each of some of them."""
+    dof = size_of(mass)[0]
+    given = _checks.as_numbers("contact", contact)
     if len(np.shape(contact)) not in (1, 2) or np.shape(contact)[0] != dof:
         raise ValueError(f"contact has shape {np.shape(contact)}; give ({dof},) or ({dof}, directions)")
+    if given is not None and not np.all(np.any(given != 0, axis=0)):
+        raise ValueError("contact has a direction of zeros alone; give degrees of freedom that the contact sees")
     if force is not None:
         _checks.as_numbers("force", force)
         if np.shape(force) != np.shape(contact):

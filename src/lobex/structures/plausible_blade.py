@@ -11,6 +11,7 @@ from lobex._warnings import warn
 _RANGES = {
     "length": (1e-4, 20.0, "m", "0.5 for 500 mm"),
     "young_modulus": (1e6, 1e13, "Pa", "210e9 for 210 GPa"),
+    "hub_radius": (0.0, 50.0, "m", "0.5 for 500 mm"),
     "density": (15.0, 1e5, "kg/m³", "7850 for 7.85 g/cm³"),
 }
 

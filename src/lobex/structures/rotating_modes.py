@@ -16,7 +16,7 @@ from lobex.structures.contact_shapes import in_contact, seen_at
 from lobex.structures.contact_vectors import contact_vectors
 from lobex.structures.damping import modal_damping
 from lobex.structures.eigenproblem import keep_modes, vibration_modes
-from lobex.structures.matrices import check_symmetric, is_sparse, whole
+from lobex.structures.matrices import check_same_size, check_symmetric, is_sparse, whole
 from lobex.structures.matrix_modes import check_contact
 from lobex.structures.modes import Modes, unchecked
 from lobex.structures.modes_over_speed import ModesOverSpeed
@@ -107,6 +107,7 @@ class RotatingModes:
         """
         given = {"mass": mass, "stiffness": stiffness}
         mass, stiffness = (whole(name, value, triangle) for name, value in given.items())
+        check_same_size("stiffness", stiffness, mass)
         check_contact(mass, contact, force)
         dof = np.shape(contact)[0]
         last = 1 if keep is None else int(max(keep_modes(keep, dof))) + 1
