@@ -124,6 +124,11 @@ def test_entries_are_refused_in_one_line(text, words, tmp_path):
         (COORDINATES + "1 1 1\n1 1 nan\n", "line 3: 'nan' is no number"),
         (COORDINATES + "1 1 1\n1 1 1,5\n", "line 3: ',5' is no number, or part of none"),
         (COORDINATES + "1 1 2\n1 1 1.0\n1 1 2.0\n", "has two entries of a row and column"),
+        (
+            "%%MatrixMarket matrix coordinate pattern general\n1 1 1\n1 1\n",
+            "has a pattern without numbers; give a real",
+        ),
+        ("%%MatrixMarket  matrix coordinate Pattern symmetric\n% 1\n1 1 1\n1 1\n", "has a pattern without numbers"),
         ("%%MatrixMarket matrix coordinate complex general\n1 1 1\n1 1 1.0 2.0\n", "has a complex matrix"),
         (
             "%%MatrixMarket matrix array real general\n1 2\n1.0\n2.0\n",

@@ -29,8 +29,8 @@ def read_matrix_market(path: str | os.PathLike[str]) -> sparse.csc_array:
 
     Raises:
         ValueError: for a file that cannot be read, is no Matrix Market, has what is no finite number, or says of itself
-            that it is larger than memory, and a matrix that is complex or not square or has two entries
-            of one place.
+            that it is larger than memory, and a matrix that is complex, without numbers or not square, or
+            has two entries of one place.
     """
     place = _checks.place("path", path)
     try:
@@ -52,6 +52,8 @@ def read_matrix_market(path: str | os.PathLike[str]) -> sparse.csc_array:
         line = 1 + text[:start].count(b"\n") + body[: strange.start()].count(b"\n")
         word = strange[0].decode(errors="replace")
         raise ValueError(f"path = {str(path)!r}, line {line}: {word!r} is no number, or part of none; give finite ones")
+    if b"pattern" in text[:start].splitlines()[0].lower().split():
+        raise ValueError(f"path = {str(path)!r} has a pattern without numbers; give a real matrix")
     if np.iscomplexobj(matrix):
         raise ValueError(f"path = {str(path)!r} has a complex matrix; give a real one")
     if len(set(matrix.shape)) != 1:
