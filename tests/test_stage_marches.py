@@ -101,6 +101,35 @@ def test_the_energy_balance_of_a_stage_closes_with_the_square_of_the_step(kind):
     assert fine < 1e-6
 
 
+# Of modes that are complex, as those of blades that turn: what springs between them pull at turns with the modes.
+TURNED = lobex.Blading(
+    replace(PLAIN, force_shape=PLAIN.shape, quadrature=[[0.2], [-0.1]], force_quadrature=[[-0.2], [0.1]]),
+    4,
+    mistuning=[0.0, 0.02, -0.01, 0.01],
+    coupling=COUPLING,
+)
+
+
+@pytest.mark.slow
+def test_growth_of_coupled_complex_modes_is_the_multiplier():
+    stiffness = stiffness_of(TURNED, None, SPEED, STEPS, 0.99)
+    found = [
+        marched_growth(TURNED, None, stiffness, SPEED, steps, 60) / growth(TURNED, None, stiffness, SPEED, steps) - 1
+        for steps in (STEPS, 2 * STEPS)
+    ]
+    assert abs((4 * found[1] - found[0]) / 3) < 1e-5
+
+
+@pytest.mark.parametrize("law", [lobex.Linear(2e5), pytest.param(lobex.KelvinVoigt(2e5, 20.0), marks=SLOW)])
+def test_the_energy_balance_of_coupled_complex_modes_closes_with_the_square_of_the_step(law):
+    coarse, fine = (
+        np.max(np.abs(lobex.march_wear(TURNED, BUMPS, law, [80.0], 4, steps, samples_per_revolution=16).energy_error))
+        for steps in (2048, 4096)
+    )
+    assert coarse / fine == pytest.approx(4, rel=0.15)
+    assert fine < 1e-6
+
+
 def test_energies_of_a_ring_are_those_of_one_contact_whatever_blades_there_are():
     """Of one blade that is a stage, and of one that is none."""
     law, casing = lobex.Linear(1e6), lobex.Casing(1, amplitude=5e-5, structure=RING)

@@ -92,6 +92,9 @@ class ModalStep:
         if self.seen_increment is None or self.yielding is None:
             return tip
         tip = tip + jnp.sum(self.seen_increment * increment[:, None], axis=0)
+        if self.body.coupling is not None:
+            pulled = coupled(self.body, displacement) - displacement
+            tip = tip - jnp.sum((self.body.shape - self.seen) * pulled[:, None], axis=0)
         return tip - jnp.sum(self.yielding * force, axis=1)
 
     def driven(self, displacement: Modal) -> Touching:
@@ -100,12 +103,15 @@ class ModalStep:
 
     def advance(self, displacement: Modal, increment: Modal, force: Touching) -> tuple[Modal, Modal]:
         """Displacements and increments one step later."""
-        pushed = self._coupled(displacement) + jnp.sum(self.compliance * force, axis=1)
-        increment = self.decay * increment - self.restoring * pushed
-        displacement = displacement + increment
-        if self.jump is not None:
-            displacement = displacement - jnp.sum(self.jump * force, axis=1)
-        return displacement, increment
+        if self.jump is None:
+            pushed = coupled(self.body, displacement) + jnp.sum(self.compliance * force, axis=1)
+            increment = self.decay * increment - self.restoring * pushed
+            return displacement + increment, increment
+        jump = jnp.sum(self.jump * force, axis=1)
+        # Neighbours pull as they stand halfway through the jump; the compliance has that of the mode itself.
+        pulled = coupled(self.body, displacement - jump / 2) + jump / 2
+        increment = self.decay * increment - self.restoring * (pulled + jnp.sum(self.compliance * force, axis=1))
+        return displacement + increment - jump, increment
 
     def worked(self, displacement: Modal, increment: Modal, after: Modal, force: Touching) -> Touching:
         """What complex modes move by along the contact forces, over both steps around an instant."""
@@ -113,7 +119,8 @@ class ModalStep:
         assert self.jump is not None
         middle = displacement - jnp.sum(self.jump * force, axis=1) / 2 + (after - increment) / 4
         moved = self.body.loading * (increment + after)[:, None]
-        turned = self.body.force_quadrature * (2 * self.step * self.body.frequency * middle)[:, None]
+        pulled = 2 * self.step * self.body.frequency * coupled(self.body, middle)
+        turned = self.body.force_quadrature * pulled[:, None]
         return jnp.sum(moved + turned, axis=0)
 
     def start(self, displacement: Modal, velocity: Modal, force: Touching) -> tuple[Modal, Modal]:
@@ -137,13 +144,14 @@ class ModalStep:
 
     def _pull(self, displacement: Modal, force: Touching) -> Modal:
         """What pulls the modes back, per modal mass: stiffness and contact."""
-        return self.body.frequency**2 * self._coupled(displacement) + jnp.sum(self.body.loading * force, axis=1)
+        return self.body.frequency**2 * coupled(self.body, displacement) + jnp.sum(self.body.loading * force, axis=1)
 
-    def _coupled(self, displacement: Modal) -> Modal:
-        """u, and what neighbours pull at each mode, as a displacement of its own."""
-        if self.body.coupling is None:
-            return displacement
-        return displacement + self.body.coupling / self.body.frequency**2 * _around(displacement)
+
+def coupled(body: Body, displacement: Modal) -> Modal:
+    """u, and what neighbours pull at each mode, as a displacement of its own."""
+    if body.coupling is None:
+        return displacement
+    return displacement + body.coupling / body.frequency**2 * _around(displacement)
 
 
 def seen_at(body: Body, displacement: Modal, velocity: Modal) -> Float[AnyArray, "seen blades lanes"]:
@@ -159,7 +167,8 @@ def pace(body: Body, displacement: Modal, velocity: Modal) -> Touching:
     along = jnp.sum(body.loading * velocity[:, None], axis=0)
     if body.force_quadrature is None:
         return along
-    return along + jnp.sum(body.force_quadrature * (body.frequency * displacement)[:, None], axis=0)
+    pulled = body.frequency * coupled(body, displacement)
+    return along + jnp.sum(body.force_quadrature * pulled[:, None], axis=0)
 
 
 def normal_velocity(body: Body, displacement: Modal, velocity: Modal) -> Float[AnyArray, "seen blades lanes"]:
@@ -167,7 +176,7 @@ def normal_velocity(body: Body, displacement: Modal, velocity: Modal) -> Float[A
     seen = jnp.sum(body.shape * velocity[:, None], axis=0)
     if body.quadrature is None:
         return seen
-    pulled = body.frequency * displacement + 2 * body.damping_ratio * velocity
+    pulled = body.frequency * coupled(body, displacement) + 2 * body.damping_ratio * velocity
     return seen - jnp.sum(body.quadrature * pulled[:, None], axis=0)
 
 
