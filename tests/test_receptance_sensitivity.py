@@ -8,6 +8,7 @@ import pytest
 
 import lobex
 from lobex.limits.receptance_matrix import MatrixCurve
+from refusals import refused
 
 TANGENTIAL, NORMAL = 6.79e8, 1.73824e8
 PLANE = lobex.Modes.plane(
@@ -168,6 +169,35 @@ def test_a_band_of_samples_is_the_scatter_of_limits():
     band = zero_order(milling(clean), speed).band({"modes.response": share})
     # Of 40 samples a standard deviation is known to 11 %.
     assert band.relative == pytest.approx(np.std(np.log(limits), axis=0, ddof=1), rel=0.35)
+
+
+def build(numbers):
+    """Of samples that stay as they are, and numbers that the process is made from."""
+    force, immersion = numbers["force"], numbers["immersion"]
+    return lobex.Milling(sampled(PLANE), PAIR, force, NORMAL / TANGENTIAL * force, immersion, "down")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("verb", [zero_order, partial(lobex.multi_frequency_limit, reach=1290.0)])
+def test_numbers_that_samples_stand_beside_move_the_limit(verb):
+    at, speed, step = {"force": TANGENTIAL, "immersion": 0.5}, [9000 / 60], 1e-5
+    table = lobex.sensitivities(build, speed, at=at, verb=verb)
+    ends = [verb(build(at | {"immersion": 0.5 * share}), speed).gain[0] for share in (1 + step, 1 - step)]
+    assert table["force"] == pytest.approx(-1, rel=1e-9)
+    assert table["immersion"] == pytest.approx((ends[0] - ends[1]) / (2 * step * table.limit.gain[0]), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("verb", "bounds", "words"),
+    [
+        (zero_order, (1e-4, 1e-2), "finds the limit by itself, as a function of process and speed; give that, without"),
+        ("zero order", None, "verb = 'zero order' finds the limit by itself"),
+        (lambda process, speed: 3.0, None, "verb finds 3.0, and no Limit; give such as lobex.zero_order_limit"),
+    ],
+)
+def test_what_is_no_verb_of_a_limit_is_refused(verb, bounds, words):
+    with refused(words):
+        lobex.sensitivities(milling(PLANE), [80.0], bounds, verb=verb)
 
 
 def test_no_limit_has_no_sensitivities():

@@ -1,6 +1,7 @@
 """Logarithmic sensitivities of the limit: scaling laws, closed forms, separate searches, labels, files, pictures."""
 
 from dataclasses import replace
+from functools import partial
 
 import jax
 import matplotlib.pyplot as plt
@@ -78,6 +79,8 @@ def test_a_number_that_all_modes_share_has_the_sum_of_their_sensitivities(rod, d
 def test_the_search_gives_the_sensitivities_of_the_closed_form(rod, searched):
     assert searched.names == rod.names
     assert searched.logarithmic == pytest.approx(rod.logarithmic, rel=1e-7, abs=1e-9)
+    verb = partial(lobex.critical_gain, bounds=(4.5e4, 2e6), method=SEARCH, scan=9)
+    np.testing.assert_array_equal(lobex.sensitivities(ROD, SPEEDS, verb=verb).derivative, searched.derivative)
 
 
 def test_turning_depends_on_the_cutting_force_by_minus_one():
@@ -146,6 +149,15 @@ def test_scaling_laws_of_a_measurement(measured):
     assert table[:, by["response"]].sum(axis=1) == pytest.approx(-1, rel=1e-10)
     assert table[:, by["frequency"]].sum(axis=1) == pytest.approx(-measured["speed"], rel=1e-8)
     assert measured.names[264:266] == ("modes.response[0].real", "modes.response[0].imag")
+
+
+def test_numbers_that_samples_stand_beside_have_sensitivities_of_their_own():
+    samples = lobex.Receptance(FREQUENCY, receptance(ROD.modes, 2 * np.pi * FREQUENCY))
+    table = lobex.sensitivities(lambda p: lobex.Turning(samples, radial=p["force"]), SPEEDS, at={"force": 2e8})
+    assert table["force"] == pytest.approx(-1, rel=1e-9)
+    with jax.enable_x64(True):
+        known = jax.jit(lambda omega: receptance(samples, omega))(3000.0)
+    assert known == pytest.approx(receptance(samples, 3000.0), rel=1e-13)
 
 
 @pytest.mark.slow

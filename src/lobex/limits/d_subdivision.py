@@ -215,12 +215,12 @@ def source_of(source: Any) -> Regeneration | Contacts:
     raise ValueError(f"process = {type(source).__name__} has no exact limit by D-subdivision: it {why}")
 
 
-def _curve(source: Regeneration | Branched) -> ReceptanceCurve:
-    """Its receptance."""
+def _curve(source: Regeneration | Branched, *beside: Any) -> ReceptanceCurve:
+    """Its receptance, in JAX where that traces numbers beside it."""
     part: Any = source.receptance
     if isinstance(source, Branched):
         return part
-    return SampledCurve(part) if isinstance(part, Receptance) else ModalCurve(part, source.turn)
+    return SampledCurve(part, *beside) if isinstance(part, Receptance) else ModalCurve(part, source.turn)
 
 
 def _gain(
@@ -346,7 +346,7 @@ def limit_at(
 
 def limit_followed(source: Regeneration, speed: Float[Array, ""], omega: Float[Array, ""]) -> Float[AnyArray, ""]:
     """The gain of a limit that was found at ω, as a function of the samples of a measurement and the speed; traced."""
-    curve = _curve(source)
+    curve = _curve(source, omega)
     anchor = still(curve.anchor)
     row = jnp.clip(jnp.searchsorted(anchor, omega, side="right") - 1, 0, len(anchor) - 1)
     offset = _follow(curve, speed, row, omega - anchor[row])

@@ -102,7 +102,7 @@ def _eigenvalue(process: Any, speed: Number, waves: Number, order: Int[Any, " li
     form: Any
     for weight, form in differentiable(process):
         lines = (waves + order) * 2 * jnp.pi * speed * form.cutter.alike
-        moved = jnp.einsum("lij,lj->li", MatrixCurve(form.modes)(lines), at.right)
+        moved = jnp.einsum("lij,lj->li", MatrixCurve(form.modes, lines)(lines), at.right)
 
         def of_tooth(tooth: Tooth, moved: Complex[Array, "lines r"] = moved) -> Complex[Array, ""]:
             share = 1.0 if tooth.share is None else tooth.share

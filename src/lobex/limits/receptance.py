@@ -106,17 +106,22 @@ def receptance(source: Modes | Sections | Receptance, omega: ArrayLike) -> compl
         if not isinstance(source, Receptance):
             sections = sections_of(source) if isinstance(source, Modes) else source
             return modal_response(sections, lib.asarray(sections.angular_frequency) - at[..., None], at)[0]
-        curve = SampledCurve(source)
+        curve = SampledCurve(source, at)
         row = lib.clip(lib.searchsorted(curve.anchor, at, side="right") - 1, 0, curve.rows - 1)
         inside = (at >= curve.anchor[0]) & (at <= curve.knot[-1])
         return where_there(inside, curve.at(row, at - curve.anchor[row])[0])
 
 
 class SampledCurve:
-    """The receptance between samples: one row per interval."""
+    """The receptance between samples: one row per interval.
 
-    def __init__(self, source: Receptance) -> None:
-        lib = namespace(source)
+    Args:
+        source: the samples.
+        beside: numbers that it is asked at, in JAX where that traces them.
+    """
+
+    def __init__(self, source: Receptance, *beside: Any) -> None:
+        lib = namespace(source, *beside)
         self.knot = 2 * lib.pi * lib.asarray(source.frequency, dtype=lib.result_type(float))
         self.anchor, self.step = self.knot[:-1], lib.diff(self.knot)
         self.rows = self.anchor.shape[0]

@@ -65,16 +65,20 @@ class ReceptanceMatrix:
 class MatrixCurve:
     """G(ω) of modes or of samples, as a matrix; of numbers, or of what JAX traces.
 
+    Args:
+        source: the modes or samples.
+        beside: numbers that it is asked at, in JAX where that traces them.
+
     Attributes:
         low, high: the band in which it is known, rad/s.
     """
 
-    def __init__(self, source: Modes | Receptance | ReceptanceMatrix) -> None:
+    def __init__(self, source: Modes | Receptance | ReceptanceMatrix, *beside: Any) -> None:
         self.source, self.directions = source, source.directions
         if isinstance(source, Modes):
             self._sections, self.low, self.high = _sections_of(source), 0.0, np.inf
             return
-        lib = namespace(source)
+        lib = namespace(source, *beside)
         self.knot = 2 * np.pi * lib.asarray(source.frequency, dtype=lib.result_type(float))
         self.low, self.high = self.knot[0], self.knot[-1]
         response = lib.asarray(source.response).reshape(len(self.knot), self.directions, self.directions)

@@ -30,6 +30,7 @@ from lobex.results.rebuild import rebuild
 from lobex.results.sensitivities import Sensitivities
 
 Builder = Callable[[Any], Process]
+Verb = Callable[[Any, Any], Limit]
 
 _CLOSED_FORM = "DSubdivision"
 # Speeds side by side: those of a first look, since the last batch is filled up with repeats.
@@ -43,15 +44,16 @@ def sensitivities(
     method: AnyMethod = AUTO,
     *,
     at: Mapping[str, Any] | None = None,
+    verb: Verb | None = None,
     scan: int = 65,
     progress: bool = False,
 ) -> Sensitivities:
     """How much the stability limit moves with each number of the model: d ln K / d ln p, per speed.
 
-    The limit K is found first: in closed form (``exact_limit``), or, with ``bounds``, by ``critical_gain``. The
-    derivative is that of the implicit function theorem at the limit found, dK/dp = −(∂F/∂p)/(∂F/∂K) with
-    F = log max|μ|, or with the phase condition of D-subdivision in F's place: one reverse-mode gradient per
-    speed gives it for all numbers at once, and nothing is traced through the search.
+    The limit K is found first: in closed form (``exact_limit``), with ``bounds`` by ``critical_gain``, or by ``verb``,
+    such as ``zero_order_limit``. The derivative is that of the implicit function theorem at the limit found,
+    dK/dp = −(∂F/∂p)/(∂F/∂K) with F = log max|μ|, or with the equation that the verb solves in F's place: one
+    reverse-mode gradient per speed gives it for all numbers at once, and nothing is traced through the search.
 
     The numbers are those of the process, named by their path, such as "modes.damping_ratio[0]", and "speed".
     Those of a measured ``Receptance`` are its frequencies and samples, "modes.frequency[7]", "modes.response[7].real"
@@ -70,6 +72,9 @@ def sensitivities(
         bounds: lowest and highest gain of a search, as ``critical_gain`` takes them; None for ``exact_limit``.
         method: as ``critical_gain`` takes it, used with ``bounds``; derivatives are those of an operator in any case.
         at: numbers or arrays of numbers by name, handed to the function ``process``.
+        verb: what finds the limit of a process at speeds, where it is neither of the two: ``lobex.zero_order_limit``,
+            ``lobex.multi_frequency_limit``, or one with arguments of its own, such as
+            ``partial(lobex.multi_frequency_limit, reach=4000.0)``.
         scan: number of gains in the scan, used with ``bounds``.
         progress: show a progress bar on standard error.
 
@@ -78,13 +83,18 @@ def sensitivities(
         between lobes) they are those of one side.
 
     Raises:
-        ValueError: as ``exact_limit`` and ``critical_gain`` do, and for a function without ``at`` or the other way
-            round.
+        ValueError: as ``exact_limit``, ``critical_gain`` and ``verb`` do, for a function without ``at`` or the other
+            way round, for a verb that finds no ``Limit``, and for a verb and ``bounds`` together.
 
     Warns:
         LobexWarning: as ``exact_limit`` and ``critical_gain``.
     """
     _checks.untraced("sensitivities", process=process, speed=speed, at=at)
+    if verb is not None and (bounds is not None or not callable(verb)):
+        raise ValueError(
+            f"verb = {_checks.brief(verb)} finds the limit by itself, as a function of process and speed; give that, "
+            "without bounds"
+        )
     if at is None:
         parameters, build = process, _itself
         check_process(process)
@@ -96,11 +106,13 @@ def sensitivities(
             process = build(parameters)
         check_process(process)
     model: Any = process
-    if bounds is None:
-        limit = exact_limit(model, speed)
-    else:
+    if bounds is not None:
         limit = critical_gain(model, speed, bounds, method, scan=scan, progress=progress)
-    return at_limit(limit, build, parameters, None if bounds is None else operator_of(method))
+        return at_limit(limit, build, parameters, operator_of(method))
+    limit = exact_limit(model, speed) if verb is None else verb(model, speed)
+    if not isinstance(limit, Limit):
+        raise ValueError(f"verb finds {_checks.brief(limit)}, and no Limit; give such as lobex.zero_order_limit")
+    return at_limit(limit, build, parameters, _operator(limit))
 
 
 def sensitivities_of(limit: Limit) -> Sensitivities:
@@ -109,9 +121,12 @@ def sensitivities_of(limit: Limit) -> Sensitivities:
     Raises:
         ValueError: for a limit whose process is not one of lobex's own, or was traced.
     """
-    process = rebuild(limit.process)
-    by_form = limit.method["type"] in (_CLOSED_FORM, MEAN, ALL)
-    return at_limit(limit, _itself, process, None if by_form else operator_of(rebuild(limit.method)))
+    return at_limit(limit, _itself, rebuild(limit.process), _operator(limit))
+
+
+def _operator(limit: Limit) -> Method | None:
+    """Of the method that found a limit, None where that solved an equation without one."""
+    return None if limit.method["type"] in (_CLOSED_FORM, MEAN, ALL) else operator_of(rebuild(limit.method))
 
 
 def at_limit(limit: Limit, build: Builder, parameters: Any, method: Method | None) -> Sensitivities:
