@@ -195,6 +195,8 @@ def test_a_point_asks_for_one_and_for_equations():
     [
         "6000, 0.1, 0\n9000, 2.5, 1",
         "speed (rpm); depth (mm); chatter\n6000; 0,1; no\n9000; 2,5; yes\n",
+        "speed [Hz], depth [um], chatter\n100, 100, 0\n150, 2500, 1",
+        '"n [1/min]","ap [mm]","chatter"\n"6000","0,1","0"\n"9000","2,5","1"',
         "Hz\tm\tchattered\n100\t1e-4\tstable\n# said to be loud\n150\t2.5e-3\tchatter\n",
     ],
 )
@@ -214,6 +216,14 @@ def test_cuts_are_read_from_text(text):
         ("6000, 1, maybe", "cuts, row 1: 'maybe' says nothing of chatter"),
         ("6000, 1, 1\n-5, 1, 1", "cuts, row 2: speed = '-5' is no number above 0"),
         ("6000, nan, 1", "cuts, row 1: gain = 'nan' is no number above 0"),
+        (
+            "speed [Hz], stiffness [psi], chatter\n100, 1, 1",
+            "cuts names 'stiffness [psi]', in a unit that is none of N/m",
+        ),
+        ("speed [Hz], depth [mm], chatter\n100, 1, 1", "cuts names 'depth [mm]', in a unit that is none of N/m, kN/m"),
+        ("speed [km/h]; stiffness; chatter\n100; 1; 1", "cuts names 'speed [km/h]', in a unit that is none of rpm"),
+        ("6,000; 1; 1", "cuts has commas that may stand before decimals or between thousands, as in '6,000'"),
+        ("6.000; 1,5; 1", "cuts has numbers with a point, '6.000', and with a comma, '1,5'"),
         ("1,1,1\n" * 2002, "cuts holds 2002 rows; give at most 2000"),
     ],
 )

@@ -6,6 +6,7 @@ import zipfile
 import h5py
 import numpy as np
 import pytest
+import pyuff
 import scipy.io
 
 import lobex
@@ -67,6 +68,12 @@ TABLES = {
         (1j * OMEGA * POINT).imag,
         head="Frequency [Hz],Real [m/s/N],Imag [m/s/N]\n",
     ),
+    "quotes around decimal commas": "\n".join(
+        ",".join(f'"{cell}"' for cell in row.split(";"))
+        for row in table(*PARTS, head=HEAD.replace(",", ";"), separator=";", decimal=",").splitlines()
+    ),
+    "H before directions": table(*PARTS, head="Frequency [Hz],Re(Hxx) [m/N],Im(Hxx) [m/N]\n"),
+    "exponents of Fortran": HEAD + table(*PARTS).replace("e", "D"),
     "descending": table(*(part[::-1] for part in PARTS), head=HEAD),
     "a line at 0 Hz": table(*(np.r_[0.0, part] for part in PARTS), head=HEAD),
 }
@@ -227,6 +234,46 @@ REFUSED = {
     "universal, twice the same": ("a.uff", 2 * dataset(POINT), {}, "has two responses of 'x' to 'x'"),
     "other frequencies": ("a.uff", dataset(POINT) + dataset(POINT[:-5], response=2), {}, "different frequencies"),
     "a direction that is not there": ("a.uff", dataset(POINT), {"response": "z"}, "response = 'z' is not in"),
+    "thousands": (
+        "a.csv",
+        TABLES["decimal comma"].replace("1,002500000e+03", "1.002,5"),
+        {},
+        "line 383: '1.002,5' is no number: write it without signs between thousands; mend or remove that line",
+    ),
+    # All that is below 1000 would be read with a point.
+    "thousands before decimal points": (
+        "a.csv",
+        TABLES["comma"].replace(",", ";").replace("1.002500000e+03", "1,002.5"),
+        {},
+        "line 383: '1,002.5' is no number: write it without signs between thousands",
+    ),
+    "commas of which nobody knows": (
+        "a.csv",
+        HEAD.replace(",", ";") + "".join(f"{i},000;{i + 5},125;-{i + 9},250\n" for i in range(1, 30)),
+        {},
+        "has commas that may stand before decimals or between thousands, as in '1,000'; write 1.000 or 1000",
+    ),
+    "both decimal signs": (
+        "a.csv",
+        HEAD.replace(",", ";") + "".join(f"{i},5;{i}.5e-7;-{i}.5e-7\n" for i in range(1, 30)),
+        {},
+        "and has numbers with a point, '1.5e-7', and with a comma, '1,5'; write all with one decimal sign",
+    ),
+    "complex numbers": (
+        "a.csv",
+        "f [Hz],H [m/N]\n" + "".join(f"{f},{h.real:e}{h.imag:+e}i\n" for f, h in zip(FREQUENCY, POINT, strict=True)),
+        {},
+        "but complex ones; save real and imaginary parts in columns of their own",
+    ),
+    "two columns": ("a.csv", table(*PARTS[:2], head="f [Hz],Re [m/N]\n"), {}, "table of frequencies and the two"),
+    "words below": ("a.csv", TABLES["comma"] + "end of file\n", {}, "'end of file' is no number; mend or remove"),
+    "CutPro with a column more": ("a.frf", table(*PARTS, PARTS[0]), {}, "says what its 4 columns are; give"),
+    "58b of another byte order": (
+        "a.uff",
+        dataset(POINT, binary=True).replace(b"58b     1", b"58b     2"),
+        {},
+        "has numbers above 1e+30, and no response has",
+    ),
     "no zip": ("a.npz", "PK no zip", {}, "holds objects of Python, or is no file of NumPy"),
     "no matlab": ("a.mat", "MATLAB" * 40, {}, "cannot be read as .mat"),
 }  # fmt: skip
@@ -263,6 +310,9 @@ def test_arrays_that_do_not_say_what_they_are_are_refused(tmp_path):
     np.savez(path, one=FREQUENCY, two=POINT)
     with refused("of which none can be the frequency array; give columns={"):
         lobex.read_frf(path)
+    scipy.io.savemat(tmp_path / "a.mat", {"frf": {"f": FREQUENCY, "H": POINT}})
+    with refused("has no arrays of numbers by themselves; save those of a structure each by its name, in MATLAB by"):
+        lobex.read_frf(tmp_path / "a.mat")
     np.savez(path, f=FREQUENCY, H=np.abs(POINT))
     with refused("has 'H' without imaginary part"):
         lobex.read_frf(path)
@@ -311,14 +361,59 @@ def test_a_coherence_in_per_cent_is_refused(file):
     assert same(lobex.read_frf(file("a.csv", rows), columns=roles))
 
 
-@pytest.mark.parametrize("stray", [b"\n", b"\r\n"])
-def test_a_stray_newline_in_58b_does_no_harm(stray, file):
+# At 16 bytes a line.
+STRAY = {
+    "at the end": 0,
+    "before the last number": 8,
+    "in the middle": 16 * 200,
+    "at the beginning": 16 * len(FREQUENCY),
+}
+
+
+@pytest.mark.parametrize("stray", [b"\n", b"\r\n", b" " * 40])
+@pytest.mark.parametrize("place", STRAY)
+def test_a_stray_newline_in_58b_does_no_harm_or_is_refused(place, stray, file):
     content = dataset(ACCELERANCE[:, 0, 0], binary=True)
-    assert same(lobex.read_frf(file("a.uff", content[:-7] + stray + content[-7:])), rel=1e-10)
+    at = len(content) - 7 - STRAY[place]
+    path = file("a.uff", content[:at] + stray + content[at:])
+    if STRAY[place]:
+        with refused(f"a dataset 58b with more than the {16 * len(FREQUENCY)} bytes of numbers that its head says"):
+            lobex.read_frf(path)
+    else:
+        assert same(lobex.read_frf(path), rel=1e-10)
 
 
-def test_lines_with_gaps_are_left_out_with_a_warning(file):
-    text = TABLES["comma"].replace(ROWS[11], f"{FREQUENCY[10]},NaN,NaN\n")
+# That leaves its file open.
+@pytest.mark.filterwarnings("ignore::ResourceWarning", "ignore::pytest.PytestUnraisableExceptionWarning")
+@pytest.mark.parametrize("spaced", [0, 1])
+@pytest.mark.parametrize("binary", [0, 1])
+def test_what_another_program_writes_is_read(spaced, binary, tmp_path):
+    path = tmp_path / "a.uff"
+    written = {
+        "type": 58,
+        "binary": binary,
+        "func_type": 4,
+        "rsp_node": 1,
+        "rsp_dir": -1,
+        "ref_node": 1,
+        "ref_dir": 1,
+        "data": -ACCELERANCE[:, 0, 0] / 9.80665,
+        "x": FREQUENCY,
+        "num_pts": len(FREQUENCY),
+        "abscissa_spacing": spaced,
+        "abscissa_spec_data_type": 18,
+        "ordinate_spec_data_type": 12,
+        "orddenom_spec_data_type": 13,
+        "ordinate_axis_units_lab": "g",
+        "orddenom_axis_units_lab": "N",
+    }
+    pyuff.UFF(str(path)).write_sets([written], mode="add")
+    assert same(lobex.read_frf(path), rel=1e-9)
+
+
+@pytest.mark.parametrize("gap", ["NaN", "-nan(ind)", "1.#QNAN", "#DIV/0!", "*****", ""])
+def test_lines_with_gaps_are_left_out_with_a_warning(gap, file):
+    text = TABLES["comma"].replace(ROWS[11], f"{FREQUENCY[10]},{gap},{gap}\n")
     with pytest.warns(lobex.LobexWarning, match="no number in 1 of 460 lines, which are left out"):
         frf = lobex.read_frf(file("a.csv", text))
     np.testing.assert_allclose(frf.values(), np.delete(POINT, 10), rtol=1e-8)
@@ -344,11 +439,30 @@ def test_a_sensor_against_the_force_and_another_sign_of_time_are_warned_of(file)
     assert same(lobex.read_frf(other, conjugate=True))
 
 
+def test_a_sensor_said_to_point_against_its_axis_that_does_not_is_warned_of(file):
+    path = file("a.csv", TABLES["comma"])
+    with pytest.warns(lobex.LobexWarning, match="of a sensor that pointed against the force by response='x'"):
+        lobex.read_frf(path, response="-x")
+
+
+def test_a_response_without_imaginary_part_is_warned_of(file):
+    path = file("a.csv", table(FREQUENCY, np.abs(POINT), 0 * FREQUENCY, head=HEAD))
+    with pytest.warns(lobex.LobexWarning, match="as a magnitude without phase; export real and imaginary parts"):
+        lobex.read_frf(path)
+
+
 def test_angular_frequencies_without_a_unit_are_warned_of(file):
     path = file("a.csv", table(OMEGA, *PARTS[1:], head="frequency,Re [m/N],Im [m/N]\n"))
     with pytest.warns(lobex.LobexWarning, match="2π times 2.5, and are taken for Hz; give frequency_unit='rad/s'"):
         lobex.read_frf(path)
     assert same(lobex.read_frf(path, frequency_unit="rad/s"))
+
+
+def test_frequencies_that_can_only_be_khz_are_warned_of(file):
+    path = file("a.csv", table(FREQUENCY / 1e3, *PARTS[1:], head="frequency,Re [m/N],Im [m/N]\n"))
+    with pytest.warns(lobex.LobexWarning, match="end at 1.1975, and are taken for Hz; give frequency_unit='kHz'"):
+        lobex.read_frf(path)
+    assert same(lobex.read_frf(path, frequency_unit="kHz"))
 
 
 def test_columns_are_told_by_name_or_in_order(file):

@@ -139,6 +139,9 @@ def test_damping_in_no_unit_is_refused_or_told(file):
         ("f [Hz],damping [%],k [N/m]\n450,three,1e7\n", "column 'damping': 'three' is no number"),
         ("f [Hz],damping [%],k [N/m]\n450,3,1e7\n450,3\n", "row 2 below the head: 2 cells, where the head has 3"),
         ("f [Hz],frequency [Hz],damping [%],k [N/m]\n450,450,3,1e7\n", "has 'f' and 'frequency' for the frequency"),
+        ('f [Hz],damping [%],k [N/m]\n"1,450",3,1e7\n', "as in '1,450'; write 1.450 or 1450"),
+        ("f [Hz];damping [%];k [N/m]\n1.450;2,5;10000\n", "has numbers with a point, '1.450', and with a comma, '2,5'"),
+        ("f [Hz];damping [%];k [N/m]\n450;2,5;1.000.000\n", "'1.000.000' is no number: write it without signs between"),
         ("f [Hz],damping [%],k [N/m]\n450,3,-1e7\n", "stiffness = [-1e+07] must be positive"),
     ],
 )
@@ -152,6 +155,8 @@ LISTS = [
     "speed [rpm],depth [mm],chatter\n6000,1,no\n7200,2.5,yes\n8400,3,no\n",
     "spindle speed [Hz];ap [um];stable\n100;1000;1\n120;2500;0\n140;3000;1\n",
     "n [1/min]\tb [m]\toutcome\tnote\n6000\t1e-3\tstable\t\n7200\t2.5e-3\tchatter\tloud\n8400\t3e-3\tstable\t\n",
+    'speed [rpm],depth [mm],chatter,note\n6000,1,no,"good, quiet"\n7200,2.5,yes,"loud, at exit"\n8400,3,no,\n',
+    '"speed [rpm]","depth [mm]","chatter"\n"6000","1,0","no"\n"7200","2,5","yes"\n"8400","3,0","no"\n',
     "speed [rpm],depth [mm],stability\n6000,1,stable\n7200,2.5,unstable\n8400,3,stable\n",
 ]
 
@@ -179,6 +184,11 @@ def test_cuts_are_what_a_chart_compares(tmp_path):
         ("speed [rpm],depth,chatter\n6000,1,no\n", "has no unit above 'depth'; write one of mm"),
         ("speed [rpm],depth [mm]\n6000,1\n", "no column of the chatter among 'speed', 'depth'"),
         ("speed [rpm],depth [mm],chatter\n6000,1,no\n0,1,no\n", "row 2 below the head: the speed is 0 in SI units"),
+        ("speed [rpm];depth [mm];chatter\n6,000;1;no\n", "as in '6,000'; write 6.000 or 6000"),
+        (
+            "speed [rpm];depth [mm];chatter\n6.000;1,5;no\n",
+            "write all with one decimal sign, and none between thousands",
+        ),
         ("speed [rpm],depth [mm],chatter\n6000,-1,no\n", "the depth or stiffness is -0.001 in SI units"),
         ("speed [rpm],depth [mm],chatter\n6000,1,perhaps\n", "'perhaps' does not say whether the cut chattered"),
     ],

@@ -1,5 +1,6 @@
 """Whatever an analyser's file holds: read as what it is, and warned of where it is taken for something else."""
 
+import itertools
 import warnings
 
 import numpy as np
@@ -50,8 +51,68 @@ def test_what_is_taken_for_another_kind_is_warned_of_with_the_arguments_that_men
         lobex.Receptance(FREQUENCY, samples(*true), *said)
     (warning,) = caught
     measured, conjugate = true
-    assert str(warning.message).endswith(f"measured={measured!r}" + (", conjugate=True" if conjugate else ""))
+    first = str(warning.message).partition(" is read by ")[2].partition(", or ")[0]
+    assert first == f"measured={measured!r}" + (", conjugate=True" if conjugate else "")
     assert warning.filename == __file__
+
+
+KINDS_OF = "displacement", "velocity", "acceleration"
+MISTAKES = [
+    reading
+    for reading in itertools.product(KINDS_OF, KINDS_OF, (False, True), (False, True))
+    if reading[0] != reading[1] or reading[2] or reading[3]
+]
+
+
+@pytest.fixture(scope="module")
+def structures():
+    """Accelerances and the like of structures at random, with noise and bands as tap tests have them."""
+    random, made = np.random.default_rng(19), []
+    for noise in (0.0, 0.01, 0.03):
+        for _ in range(8):
+            low, high = random.choice([1.0, 20.0, 50.0]), random.choice([800.0, 1600.0])
+            omega = 2 * np.pi * np.arange(low, high, 1.0)
+            own = 2 * np.pi * random.uniform(max(1.5 * low, 60), 0.8 * high, (random.integers(1, 5), 1))
+            ratio, shape = random.uniform(0.005, 0.05, own.shape), random.uniform(0.3, 1, own.shape)
+            clean = (shape**2 / (own**2 - omega**2 + 2j * ratio * own * omega)).sum(axis=0)
+            of_kind = {}
+            for power, kind in enumerate(KINDS_OF):
+                of_kind[kind] = (1j * omega) ** power * clean
+                white = random.standard_normal((2, len(omega))) / np.sqrt(2)
+                of_kind[kind] += noise * np.abs(of_kind[kind]).max() * (white[0] + 1j * white[1])
+            made.append((omega / (2 * np.pi), of_kind))
+    return made
+
+
+def told(samples, said):
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        lobex.Receptance(*samples, measured=said)
+    return " ".join(str(one.message) for one in caught)
+
+
+def test_measurements_as_they_are_are_no_reason_to_warn(structures):
+    for frequency, of_kind in structures:
+        for kind, samples in of_kind.items():
+            assert told((frequency, samples), kind) == ""
+
+
+@pytest.mark.parametrize(("true", "said", "conjugate", "against"), MISTAKES)
+def test_every_mistake_is_warned_of_with_what_mends_it(true, said, conjugate, against, structures):
+    sign = -1 if against else 1
+    wanted = ("-response and " if against else "") + f"measured={true!r}" + (", conjugate=True" if conjugate else "")
+    seen = mended = 0
+    for frequency, of_kind in structures:
+        samples = sign * (of_kind[true].conj() if conjugate else of_kind[true])
+        message = told((frequency, samples), said)
+        seen += bool(message)
+        mended += wanted in [way.rpartition("by ")[2] for way in message.split(", or ")]
+    if {true, said} == {"displacement", "acceleration"} and against and not conjugate:
+        # Twice a derivative by time is a change of sign, which the other takes back.
+        assert seen == 0
+    else:
+        assert seen >= len(structures) - 2
+        assert mended >= seen - 1
 
 
 @pytest.mark.parametrize(

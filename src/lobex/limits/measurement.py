@@ -1,6 +1,7 @@
 """What was measured, turned into a receptance, and whether that can be the receptance of a driving point."""
 
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Inexact, Real
@@ -15,11 +16,19 @@ NO_DRIVING_POINT = (
 )
 # Imaginary parts below this share of |G| are those of noise, far from every resonance.
 _CONSIDERABLE = 0.01
-# Of max|Im G|: the least change of Re G over a resonance that says which way it is passed.
-_SWING = 0.25
-# Least share of either sign in an imaginary part that has both, and its least size beside the real part, half of which
-# it is along a circle, and of which noise has less.
-_MIXED, _BESIDE = 0.05, 0.2
+# Of the square of the largest |G|: the area that a resonance goes around, twice that of its circle, is π/2.
+_CIRCLE = 0.25
+# From −90°, which is that of a receptance at its resonances: what is another's, and what is known for one's.
+_OTHER, _KNOWN = 60.0, 45.0
+_TURNS = (1.0, -1j, -1.0)
+
+
+class Reading(NamedTuple):
+    """What samples can be: what was measured, with which sign of time, and whether against the force."""
+
+    measured: str
+    conjugate: bool
+    against: bool
 
 
 def as_receptance(
@@ -33,55 +42,68 @@ def as_receptance(
     return -response / omega**2 if measured == "acceleration" else response
 
 
-def suspicion(
-    frequency: Real[AnyArray, " points"], response: Inexact[AnyArray, " points"], measured: str, conjugate: bool
-) -> str | None:
+def suspicion(response: Inexact[AnyArray, " points"], measured: str, conjugate: bool) -> str | None:
     """Why samples, taken for what they are said to be, are no driving point, and the arguments with which they are."""
-    found = oddity(as_receptance(frequency, response, measured, conjugate))
+    found = oddity(response, measured, conjugate)
     if found is None:
         return None
     if not np.any(np.imag(response)):
         return f"response has {found}; give complex values, or columns of real and imaginary parts"
-    other = other_reading(frequency, response)
-    if other is None:
+    others = readings(response)
+    if not others:
         return f"response has {found}, which {NO_DRIVING_POINT}"
-    arguments = f"measured={other[0]!r}" + (", conjugate=True" if other[1] else "")
-    return f"response has {found}, which no receptance of a driving point has; {named(*other)} is read by {arguments}"
+    ways = [
+        f"{named(*other)} {'' if number else 'is read '}by {'-response and ' * other.against}"
+        f"measured={other.measured!r}{', conjugate=True' * other.conjugate}"
+        for number, other in enumerate(others)
+    ]
+    return f"response has {found}, which no receptance of a driving point has; {', or '.join(ways)}"
 
 
-def other_reading(
-    frequency: Real[AnyArray, " points"], response: Inexact[AnyArray, " points"]
-) -> tuple[str, bool] | None:
-    """What was measured, and whether with the other sign of time, so that samples can be a driving point."""
-    for measured, conjugate in product(MEASURED, (False, True)):
-        if oddity(as_receptance(frequency, response, measured, conjugate)) is None:
-            return measured, conjugate
-    return None
+def readings(response: Inexact[AnyArray, " points"]) -> list[Reading]:
+    """What samples can be by their phase at resonances, around which it falls; sensors against the force last."""
+    conjugate = bool(_area(response) > 0)
+    possible = [Reading(one, conjugate, against) for against, one in product((False, True), MEASURED)]
+    return [one for one in possible if abs(_off(_seen(response, one))) < _KNOWN]
 
 
-def named(measured: str, conjugate: bool = False) -> str:
+def named(measured: str, conjugate: bool = False, against: bool = False) -> str:
     """Such as "an accelerance"."""
     kind = _NAME[measured] + (" with the other sign of time, e^{−jωt}" if conjugate else "")
+    kind += " of a sensor that pointed against the force" if against else ""
     return f"an {kind}" if kind.startswith("a") else f"a {kind}"
 
 
-def oddity(receptance: Inexact[AnyArray, " points"]) -> str | None:
-    """What a driving point cannot have: it takes in energy, Im G ≤ 0, and Re G falls through a resonance."""
-    real, imaginary = np.real(receptance), np.imag(receptance)
-    if not np.any(imaginary):
+def oddity(response: Inexact[AnyArray, " points"], measured: str, conjugate: bool) -> str | None:
+    """What a driving point cannot have: it takes in energy, Im G ≤ 0, and its phase falls to −90° at resonances.
+
+    Lines count by what was measured, of which noise is as large at all of them.
+    """
+    if not np.any(np.imag(response)):
         return "no imaginary part, as a magnitude without phase"
-    feeds = imaginary[np.abs(imaginary) > _CONSIDERABLE * np.abs(receptance)] > 0
-    if feeds.size and np.mean(feeds) > 0.5:
-        return f"a positive imaginary part at {np.sum(feeds)} of {feeds.size} frequencies"
-    size = np.abs(imaginary)
-    share = np.sum(np.maximum(imaginary, 0)) / np.sum(size)
-    one_sided = max(np.mean(real >= 0), np.mean(real <= 0)) > 0.9
-    if one_sided and _BESIDE < size.max() / np.abs(real).max() < 1 and _MIXED < share < 1 - _MIXED:
-        return "a real part of one sign throughout, and an imaginary part of both"
-    top = int(np.argmax(size))
-    # The half-power points, where a resonance has all of its real part.
-    beside = np.flatnonzero(size < size[top] / 2)
-    before, after = beside[beside < top], beside[beside > top]
-    if before.size and after.size and real[after[0]] - real[before[-1]] > _SWING * size[top]:
-        return "a real part that rises through its largest resonance"
+    seen = _seen(response, Reading(measured, conjugate, False))
+    area, off = _area(seen), _off(seen)
+    if abs(area) > _CIRCLE * np.max(np.abs(seen)) ** 2:
+        if abs(off) > _OTHER:
+            return f"a phase of about {(off + 90) % 360 - 180:.0f}° at its resonances, and not of −90°"
+        return "a phase that rises through its resonances" if area > 0 else None
+    considerable = np.imag(seen)[np.abs(np.imag(seen)) > _CONSIDERABLE * np.abs(seen)]
+    if considerable.size and np.mean(considerable > 0) > 0.5:
+        return f"a positive imaginary part at {np.sum(considerable > 0)} of {considerable.size} frequencies"
     return None
+
+
+def _seen(response: Inexact[AnyArray, " points"], reading: Reading) -> Inexact[AnyArray, " points"]:
+    """With the phase of the receptance, and the size of what was measured."""
+    turned = (response.conj() if reading.conjugate else response) * _TURNS[MEASURED.index(reading.measured)]
+    return -turned if reading.against else turned
+
+
+def _area(response: Inexact[AnyArray, " points"]) -> float:
+    """Twice the area that is gone around from 0, anticlockwise."""
+    return float(np.sum(np.imag(np.conj(response[:-1]) * response[1:])))
+
+
+def _off(seen: Inexact[AnyArray, " points"]) -> float:
+    """By how many degrees the phase where it is largest lies beyond −90°, from −180° to 180°."""
+    return float(np.rad2deg(np.angle(1j * np.sum(np.abs(seen) ** 2 * seen))))

@@ -84,7 +84,7 @@ class Receptance:
             raise ValueError(f"frequency has {np.shape(frequency)[0]} samples above 0 Hz; give at least 4")
         if still:
             warn("frequency begins at 0 Hz, where nothing vibrates; that line is left out")
-        if known and (message := suspicion(frequency, response, measured, conjugate)) is not None:
+        if known and (message := suspicion(response, measured, conjugate)) is not None:
             warn(message)
         object.__setattr__(self, "frequency", frequency)
         object.__setattr__(self, "response", as_receptance(frequency, response, measured, conjugate))

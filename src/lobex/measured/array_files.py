@@ -36,7 +36,9 @@ def arrays_of(path: Path) -> dict[str, np.ndarray]:
                 "not opened: save arrays of numbers, by np.savez"
             ) from None
         why = str(error).partition("\n")[0] or type(error).__name__
-        raise ValueError(f"path = {str(path)!r} cannot be read as {path.suffix.lower()} ({why})") from None
+        raise ValueError(
+            f"path = {str(path)!r} cannot be read as {path.suffix.lower()} ({why}); save it again"
+        ) from None
     except MemoryError:
         raise ValueError(f"path = {str(path)!r} says that it holds more than fits in memory; save it again") from None
 

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from lobex._optional import needed
+from lobex.measured.decimal_signs import cells_of, decimal_of, no_number, number_of
 from lobex.measured.text_table import existing_file, read_text
 from lobex.measured.unpacked import check_archive
 
@@ -76,7 +77,7 @@ class CellTable(NamedTuple):
             if value is None:
                 raise ValueError(
                     f"path = {str(self.path)!r}, row {number} below the head, column {self.heading[column].name!r}: "
-                    f"{str(row[column])!r} is no number; mend that cell"
+                    f"{no_number(str(row[column]))}; mend that cell"
                 )
             values.append(value)
         return np.array(values)
@@ -102,8 +103,8 @@ def read_cells(path: Any, what: str) -> CellTable:
     """The table of a file: text, or the first sheet of an .xlsx.
 
     Raises:
-        ValueError: for a file that cannot be read, has no head, or rows of other lengths, and an .xlsx that unpacks to
-            more than 64 MiB.
+        ValueError: for a file that cannot be read, has no head, rows of other lengths, or two decimal signs, and an
+            .xlsx that unpacks to more than 64 MiB.
     """
     place = existing_file(path)
     lines = _of_sheet(place, what) if place.suffix.lower() in (".xlsx", ".xlsm") else _of_text(place, what)
@@ -118,6 +119,10 @@ def read_cells(path: Any, what: str) -> CellTable:
                 f"path = {str(place)!r}, row {number} below the head: {len(row)} cells, where the head has "
                 f"{len(head)}; mend or remove that row"
             )
+    try:
+        decimal_of(str(cell).strip() for row in rows for cell in row if isinstance(cell, str))
+    except ValueError as error:
+        raise ValueError(f"path = {str(place)!r} {error}") from None
     return CellTable(place, tuple(map(_heading, head)), rows)
 
 
@@ -128,12 +133,7 @@ def as_number(cell: Any) -> float | None:
     if isinstance(cell, int | float):
         return float(cell)
     text = str(cell).strip()
-    if text.count(",") == 1 and "." not in text:
-        text = text.replace(",", ".")
-    try:
-        return float(text) if re.fullmatch(r"[+-]?[\d.]+([eE][+-]?\d+)?", text) else None
-    except ValueError:
-        return None
+    return number_of(text, "comma" if "," in text else "point")
 
 
 def _heading(text: str) -> Heading:
@@ -146,7 +146,7 @@ def _of_text(path: Path, what: str) -> list[list[Any]]:
     lines = [line for line in read_text(path, what).splitlines() if line.strip() and not line.lstrip().startswith("#")]
     best: list[list[str]] = []
     for separator in _SEPARATORS:
-        rows = [[cell.strip().strip('"').strip() for cell in line.split(separator)] for line in lines]
+        rows = [cells_of(line, separator) for line in lines]
         width, count = Counter(map(len, rows)).most_common(1)[0]
         if width > 1 and count > len(lines) / 2:
             best = rows

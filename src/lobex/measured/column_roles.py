@@ -32,7 +32,10 @@ _NAMES = {
 }
 # Columns that a message names, and letters of a name in it.
 _SHOWN, _LONGEST = 8, 60
-_DIRECTIONS = re.compile(r"(?<![A-Za-z])([xyz])\s*[/_,]?\s*([xyz])(?![A-Za-z])", re.IGNORECASE)
+# Of a format that has a unit by itself, where it says no more.
+_CUTPRO = ("frequency", "real", "imaginary")
+# Such as xy, X/Y, Hxy and FRF_xy.
+_DIRECTIONS = re.compile(r"(?<![A-Za-z])(?:H|G|FRF)?([xyz])\s*[/_,]?\s*([xyz])(?![A-Za-z])", re.IGNORECASE)
 
 
 class Column(NamedTuple):
@@ -56,8 +59,8 @@ def samples_of(table: TextTable, columns: Any, path: Path, own: str | None = Non
         ValueError: for columns that are not told, in one line that says how to tell them.
     """
     count = table.numbers.shape[1]
-    if columns is None and own is not None and not any(_role(name) for name in table.head):
-        columns = ("frequency", "real", "imaginary")
+    if columns is None and own is not None and count == len(_CUTPRO) and not any(_role(name) for name in table.head):
+        columns = _CUTPRO
     found = _of_head(table, path) if columns is None else _given(columns, table.head, count, path)
     axis = [i for i, column in enumerate(found) if column.role == "frequency"]
     if len(axis) != 1:
@@ -74,7 +77,7 @@ def samples_of(table: TextTable, columns: Any, path: Path, own: str | None = Non
         coherence,
         _one(units, own, path),
         next(iter(scales)) if len(scales) == 1 else None,
-        (told(table), "columns are " + ", ".join(column.role.replace("_", " in ") for column in found)),
+        (*told(table), "columns are " + ", ".join(column.role.replace("_", " in ") for column in found)),
     )
 
 

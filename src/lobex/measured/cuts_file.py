@@ -7,9 +7,17 @@ from jaxtyping import Float
 
 from lobex.measured.cell_table import CellTable, as_number, read_cells
 
-_SPEED = {"rpm": 1 / 60, "1/min": 1 / 60, "rev/min": 1 / 60, "min^-1": 1 / 60, "Hz": 1.0, "1/s": 1.0, "krpm": 1e3 / 60}
-_GAIN = {"mm": 1e-3, "m": 1.0, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "in": 0.0254}
-_GAIN |= {"N/m": 1.0, "kN/m": 1e3, "MN/m": 1e6, "N/mm": 1e3, "N/um": 1e6, "N/µm": 1e6}
+SPEED_UNITS = {
+    "rpm": 1 / 60,
+    "1/min": 1 / 60,
+    "rev/min": 1 / 60,
+    "min^-1": 1 / 60,
+    "Hz": 1.0,
+    "1/s": 1.0,
+    "krpm": 1e3 / 60,
+}
+GAIN_UNITS = {"mm": 1e-3, "m": 1.0, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "in": 0.0254}
+GAIN_UNITS |= {"N/m": 1.0, "kN/m": 1e3, "MN/m": 1e6, "N/mm": 1e3, "N/um": 1e6, "N/µm": 1e6}
 _NAMES = {
     "speed": r"n|(spindle )?speed|(spindel)?drehzahl",
     "gain": r"b|ap|a p|(axial )?depth( of cut)?|gain|(contact )?stiffness|schnitttiefe",
@@ -38,8 +46,8 @@ def read_cuts(path: str | os.PathLike[str]) -> Float[np.ndarray, "k 3"]:
             cells that cannot be understood, speeds that are not above zero, and depths below it.
     """
     table = read_cells(path, "a table of cuts")
-    speed = table.scaled(table.needed(_NAMES["speed"], "speed", "speed [rpm]"), _SPEED)
-    gain = table.scaled(table.needed(_NAMES["gain"], "depth of cut", "depth [mm]"), _GAIN)
+    speed = table.scaled(table.needed(_NAMES["speed"], "speed", "speed [rpm]"), SPEED_UNITS)
+    gain = table.scaled(table.needed(_NAMES["gain"], "depth of cut", "depth [mm]"), GAIN_UNITS)
     for name, values, wrong in (("speed", speed, speed <= 0), ("depth or stiffness", gain, gain < 0)):
         if np.any(wrong):
             row = int(np.argmax(wrong))

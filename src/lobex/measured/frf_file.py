@@ -8,7 +8,14 @@ import numpy as np
 
 from lobex import _checks
 from lobex._warnings import warn
-from lobex.limits.measurement import NO_DRIVING_POINT, as_receptance, named, oddity, other_reading
+from lobex.limits.measurement import (
+    MEASURED,
+    NO_DRIVING_POINT,
+    as_receptance,
+    named,
+    oddity,
+    readings,
+)
 from lobex.measured.array_files import arrays_of
 from lobex.measured.column_roles import refuse_speeds, samples_of
 from lobex.measured.frf import Frf, names_of
@@ -25,6 +32,8 @@ _HDF5 = b"\x89HDF\r\n\x1a\n"
 # Of CutPro, whose three columns are frequency, real and imaginary part.
 _CUTPRO, _CUTPRO_UNIT = ".frf", "m/N"
 _SHARE = 0.5
+# Hz, below which no analyser's band ends.
+_LOW = 20.0
 
 
 def read_frf(
@@ -92,7 +101,7 @@ def read_frf(
         tuple(notes),
     )
     for name in made.driving_points:
-        _check_driving_point(made, name, own, conjugate)
+        _check_driving_point(made, name, own, conjugate, f"-{name}" in (rows or ()))
     return made
 
 
@@ -182,7 +191,7 @@ def _cleaned(
     notes = []
     if scale is None and samples.frequency_scale is None:
         notes.append("frequencies without a unit taken for Hz")
-        _warn_of_radians(samples.frequency)
+        _warn_of_units(samples.frequency)
     factor = next(one for one in (scale, samples.frequency_scale, 1.0) if one is not None)
     frequency, value = samples.frequency * factor, samples.value
     measured = ~np.isnan(value).all(axis=0)
@@ -212,8 +221,11 @@ def _cleaned(
     return frequency[order], value[order], coherence, notes
 
 
-def _warn_of_radians(frequency: np.ndarray) -> None:
-    """Warn where frequencies without a unit step by 2π times a round number."""
+def _warn_of_units(frequency: np.ndarray) -> None:
+    """Warn where frequencies without a unit step by 2π times a round number, or end where tap tests begin."""
+    if (last := np.max(frequency, initial=0.0, where=np.isfinite(frequency))) < _LOW:
+        warn(f"frequencies end at {last:.6g}, and are taken for Hz; give frequency_unit='kHz' if they are in that")
+        return
     steps = np.diff(np.sort(frequency[np.isfinite(frequency)]))
     if not steps.size or np.ptp(steps) > 1e-4 * np.median(steps) or np.median(steps) <= 0:
         return
@@ -229,27 +241,22 @@ def _warn_of_radians(frequency: np.ndarray) -> None:
         )
 
 
-def _check_driving_point(frf: Frf, name: str, unit: ResponseUnit, conjugate: bool) -> None:
+def _check_driving_point(frf: Frf, name: str, unit: ResponseUnit, conjugate: bool, against: bool) -> None:
     """Warn where a driving point would give out energy, or lie above itself, with what would mend it."""
-    found = oddity(frf.values(name, name))
+    own = frf.values(name, name) * (2j * np.pi * frf.frequency) ** MEASURED.index(unit.measured)
+    own = own.conj() if conjugate else own
+    found = oddity(own, unit.measured, conjugate)
     if found is None:
         return
-    own = frf.values(name, name) * (2j * np.pi * frf.frequency) ** ("displacement", "velocity", "acceleration").index(
-        unit.measured
-    )
-    other = other_reading(frf.frequency, own.conj() if conjugate else own)
     told = f"{frf.source}, {name} to {name}, taken for {named(unit.measured)}: {found}"
-    if other is None:
-        warn(f"{told}, which {NO_DRIVING_POINT}")
+    if not np.any(np.imag(own)):
+        warn(f"{told}; export real and imaginary parts, or magnitude and phase")
         return
-    measured, conjugated = other
-    arguments = [] if measured == unit.measured else [f"unit={with_measured(unit, measured)!r}"]
-    arguments += [] if conjugated == conjugate else [f"conjugate={conjugated}"]
-    against = ""
-    # Twice a derivative by time is a change of sign, but for the square of the frequency.
-    if {measured, unit.measured} == {"displacement", "acceleration"} and conjugated == conjugate:
-        against = f", and a sensor that pointed against the force by response='-{name}'"
-    warn(
-        f"{told}, which no receptance of a driving point has; {named(measured, conjugated)} is read by "
-        f"{', '.join(arguments)}{against}"
-    )
+    ways = []
+    for other in readings(own):
+        arguments = [f"unit={with_measured(unit, other.measured)!r}"] * (other.measured != unit.measured)
+        arguments += [f"conjugate={other.conjugate}"] * (other.conjugate != conjugate)
+        arguments += [f"response={name if against else f'-{name}'!r}"] * other.against
+        ways.append(f"{named(*other)} {'' if ways else 'is read '}by {', '.join(arguments)}")
+    why = f"no receptance of a driving point has; {', or '.join(ways)}" if ways else NO_DRIVING_POINT
+    warn(f"{told}, which {why}")

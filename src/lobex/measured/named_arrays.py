@@ -64,7 +64,7 @@ def _of_matrix(matrix: np.ndarray, columns: Any, path: Path) -> Samples:
     matrix = matrix.T if matrix.shape[0] < matrix.shape[1] else matrix
     if not np.iscomplexobj(matrix):
         rows = tuple(range(1, len(matrix) + 1))
-        return samples_of(TextTable(matrix.astype(float), rows, (), "", "column", "point"), columns, path)
+        return samples_of(TextTable(matrix.astype(float), rows, (), "", "", "point"), columns, path)
     if matrix.shape[1] != 2 or np.any(np.imag(matrix[:, 0])):
         raise ValueError(
             f"path = {str(path)!r} has complex numbers of shape {matrix.shape}; give columns of frequency and "
@@ -76,7 +76,12 @@ def _of_matrix(matrix: np.ndarray, columns: Any, path: Path) -> Samples:
 
 def _roles(numbers: Mapping[str, np.ndarray], columns: Any, path: Path) -> dict[str, str]:
     """The name of each role."""
-    has = f"path = {str(path)!r} has {', '.join(map(repr, numbers)) or 'no arrays of numbers'}"
+    if not numbers:
+        raise ValueError(
+            f"path = {str(path)!r} has no arrays of numbers by themselves; save those of a structure each by its name, "
+            "in MATLAB by save(file, '-struct', 'name')"
+        )
+    has = f"path = {str(path)!r} has {', '.join(map(repr, numbers))}"
     remedy = "give columns={'name': 'frequency', 'other name': 'complex'}"
     if columns is None:
         found = {

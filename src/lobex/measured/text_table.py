@@ -9,11 +9,12 @@ import numpy as np
 from jaxtyping import Float
 
 from lobex import _checks
+from lobex.measured.decimal_signs import cells_of, decimal_of, no_number, number_of
 
 _SEPARATORS = {"tab": "\t", "semicolon": ";", "comma": ",", "space": None}
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?")
-# What programs write where there is no number.
-_MISSING = {"", "nan", "na", "n/a", "#n/a", "inf", "-inf", "+inf", "null", "none", "-"}
+# What programs write where there is no number: C, Fortran, spreadsheets.
+_MISSING = re.compile(r"[+-]?(nan(\(\w+\))?|inf(inity)?|1\.#\w+)|\*+|n/?a|#\S+[!?a]|null|none|-|", re.IGNORECASE)
+_COMPLEX = re.compile(r"\d[+-][\d.]+([eE][+-]?\d+)?\s*\*?[ij]\b")
 _COMMENT = ("#", "%", "//")
 _LARGEST = 512 * 2**20
 
@@ -26,7 +27,7 @@ class TextTable(NamedTuple):
         line: the line of each row in the file, counted from 1.
         head: what stands above each column, or nothing where no row of the file is a head.
         words: all other text of the file.
-        separator: "tab", "semicolon", "comma" or "space".
+        separator: "tab", "semicolon", "comma" or "space"; "" of an array.
         decimal: "point" or "comma".
     """
 
@@ -55,7 +56,9 @@ def read_text(path: Path, what: str) -> str:
     if content.startswith((b"\xff\xfe", b"\xfe\xff")):
         return content.decode("utf-16", errors="replace")
     if b"\0" in content:
-        raise ValueError(f"path = {str(path)!r} is no text; give {what}, with the ending that its format has")
+        raise ValueError(
+            f"path = {str(path)!r} is no text; give {what}, such as .csv, or with the ending that its format has"
+        )
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -71,52 +74,73 @@ def table_of(text: str, path: Path, least: int = 3) -> TextTable:
         least: columns that there must be.
 
     Raises:
-        ValueError: where no lines are numbers, or some have other columns than the rest.
+        ValueError: where no lines are numbers, some have other columns than the rest, or commas may stand between
+            thousands.
     """
     lines = [(number, line.strip("\r\n")) for number, line in enumerate(text.splitlines(), 1) if line.strip()]
     best: tuple[int, str, str] | None = None
     for decimal in ("point", "comma"):
         for separator in _SEPARATORS:
-            if (separator, decimal) == ("comma", "comma"):
-                continue
             width = Counter(len(_row(line, separator, decimal)[0]) for _, line in lines)
             rows = max((count for columns, count in width.items() if columns >= least), default=0)
             if rows and (best is None or rows > best[0]):
                 best = rows, separator, decimal
     if best is None:
-        raise ValueError(
-            f"path = {str(path)!r} has no lines of {least} or more numbers; give a table of frequencies and responses"
-        )
-    return _with_head(lines, *best[1:], path, least)
+        raise ValueError(f"path = {str(path)!r} has no lines of {least} or more numbers{_instead(text)}")
+    found = _with_head(lines, *best[1:], path, least)
+    own = set(found.line)
+    try:
+        decimal_of(cell for number, line in lines if number in own for cell in _cells(line, found.separator))
+    except ValueError as error:
+        raise ValueError(f"path = {str(path)!r} {error}") from None
+    return found
+
+
+def _instead(text: str) -> str:
+    """What a text has in the place of a table."""
+    if _COMPLEX.search(text):
+        return ", but complex ones; save real and imaginary parts in columns of their own"
+    try:
+        decimal_of(re.split(r"[;\s]+", text))
+    except ValueError as error:
+        return f", and {error}"
+    return "; give a table of frequencies and the two parts of a response"
 
 
 def _with_head(lines: list[tuple[int, str]], separator: str, decimal: str, path: Path, least: int) -> TextTable:
     split = [(number, *_row(line, separator, decimal)) for number, line in lines]
     common = Counter(len(row) for _, row, _ in split if len(row) >= least).most_common(1)[0][0]
     first = next(i for i, (_, row, _) in enumerate(split) if len(row) == common)
+    sign = _SEPARATORS[separator]
     above, words = [], []
     rows, places = [], []
     for i, (number, row, rest) in enumerate(split):
         if i < first:
             above.append(_cells(lines[i][1], separator))
             words.append(lines[i][1])
+        elif len(row) == common - 1 and not rest and sign is not None and lines[i][1].endswith(sign):
+            # What is missing is the last number.
+            rows.append([*row, np.nan])
+            places.append(number)
         elif len(row) == common and (i == first or not rest):
             rows.append(row)
             places.append(number)
             words += [" ".join(rest)] if rest else []
         elif lines[i][1].lstrip().startswith(_COMMENT):
             words.append(lines[i][1])
-        elif not row and all(cell.lower() in _MISSING for cell in rest):
+        elif not row and all(_MISSING.fullmatch(cell) for cell in rest):
             continue
         elif rest and len(row) == common:
             raise ValueError(
                 f"path = {str(path)!r}, line {number}: {rest[0][:40]!r} behind {common} numbers; give a table of which "
                 "all below its head are numbers"
             )
+        elif rest:
+            raise ValueError(f"path = {str(path)!r}, line {number}: {no_number(rest[0])}; mend or remove that line")
         else:
             raise ValueError(
-                f"path = {str(path)!r}, line {number}: {len(row)} numbers{' and words' if rest else ''}, where other "
-                f"lines have {common}; the file may have been cut short: mend or remove that line"
+                f"path = {str(path)!r}, line {number}: {len(row)} numbers, where other lines have {common}; the file "
+                "may have been cut short: mend or remove that line"
             )
     return TextTable(np.array(rows), tuple(places), _head(above, common), "\n".join(words), separator, decimal)
 
@@ -136,8 +160,7 @@ def _cells(line: str, separator: str) -> list[str]:
     """The cells of a line, without comment signs and quotes."""
     plain = re.sub(r"^\s*(#|%|//)\s*", "", line)
     sign = _SEPARATORS[separator]
-    parts = plain.split() if sign is None else plain.rstrip(sign if sign == "\t" else "").split(sign)
-    cells = [part.strip().strip('"').strip() for part in parts]
+    cells = cells_of(plain.rstrip(sign) if sign == "\t" else plain, sign)
     # A separator that ends every line has no cell behind it.
     return cells[:-1] if sign is not None and len(cells) > 1 and not cells[-1] else cells
 
@@ -158,15 +181,12 @@ def _row(line: str, separator: str, decimal: str) -> tuple[list[float], list[str
 
 def _number(cell: str, decimal: str) -> float | None:
     """A number, NaN where the cell says that there is none, None for words."""
-    if cell.lower() in _MISSING:
-        return np.nan
-    plain = cell.replace(",", ".") if decimal == "comma" and "." not in cell else cell
-    return float(re.sub("[dD]", "e", plain)) if _NUMBER.fullmatch(plain) else None
+    return np.nan if _MISSING.fullmatch(cell) else number_of(cell, decimal)
 
 
-def told(table: TextTable) -> str:
-    """How the table was read, in words."""
-    return f"columns separated by {table.separator}, decimal {table.decimal}"
+def told(table: TextTable) -> tuple[str, ...]:
+    """How the table was read, in words; nothing of one that is no text."""
+    return (f"columns separated by {table.separator}, decimal {table.decimal}",) if table.separator else ()
 
 
 def existing_file(path: Any) -> Path:

@@ -18,6 +18,14 @@ _FUNCTIONS = {0: "unknown functions", 1: "time responses", 2: "auto spectra", 3:
 _FUNCTIONS |= {9: "power spectra", 12: "spectra"}
 # The seventh line of a dataset 58: kind of numbers, and how many values there are.
 _COUNT = re.compile(rb"^ {4}58[^\r\n]*\r?\n(?:[^\n]*\n){6}[^\n]{10}([ ]*-?\d+)[ ]", re.MULTILINE)
+# Of a dataset 58b its head up to the numbers, with the kind of these, how many there are, and whether evenly spaced.
+_BINARY = re.compile(
+    rb"^ {4}58[bB][^\n]*\n(?:[^\n]*\n){6}([ \d]{10})([ \d]{10})([ \d]{10})[^\n]*\n(?:[^\n]*\n){4}", re.MULTILINE
+)
+# Bytes of a value and of its frequency by the kind of numbers: real and complex ones, single and double.
+_BYTES = {2: (4, 4), 4: (8, 8), 5: (8, 4), 6: (16, 8)}
+# Beyond which, in any unit, no response is; numbers of another byte order are.
+_LARGEST = 1e30
 _MARK = re.compile(rb" {4}-1[ ]*(?:[\r\n]|$)")
 # Between two frequency axes that are the same, of their steps.
 _SAME = 1e-3
@@ -43,9 +51,15 @@ def samples_of_universal_file(path: Path) -> Samples:
         raise ValueError(f"path = {str(path)!r} has responses of rotations alone; export those of translations")
     notes += [f"{len(found) - len(moving)} of rotations left out"] * (len(moving) < len(found))
     notes += ["directions against an axis turned round"] * any(min(_directions(one)) < 0 for one in moving)
-    frequency = np.asarray(moving[0]["x"], float)
     for one in moving:
-        _check(one, frequency, path)
+        _check(one, path)
+    frequency = np.asarray(moving[0]["x"], float)
+    step = np.median(np.abs(np.diff(frequency))) if len(frequency) > 1 else 1.0
+    for one in moving:
+        if len(one["x"]) != len(frequency) or np.max(np.abs(one["x"] - frequency)) > _SAME * step:
+            raise ValueError(
+                f"path = {str(path)!r} has responses over different frequencies; keep those of one axis in it"
+            )
     names = [(_name(one, "rsp", moving), _name(one, "ref", moving)) for one in moving]
     response, reference = (tuple(dict.fromkeys(pair[end] for pair in names)) for end in (0, 1))
     value = np.full((len(frequency), len(response), len(reference)), np.nan, complex)
@@ -84,6 +98,7 @@ def _sets(path: Path) -> tuple[list[dict[str, Any]], float | None]:
                 f"path = {str(path)!r} is cut short: a dataset says {int(said)} values, in a file of {len(content)} "
                 "bytes; export it again"
             )
+    _check_binary(content, path)
     try:
         file = pyuff.UFF(str(path))
         kinds = file.get_set_types()
@@ -97,8 +112,24 @@ def _sets(path: Path) -> tuple[list[dict[str, Any]], float | None]:
     return sets, factors.pop() if len(factors) == 1 else None
 
 
-def _check(one: dict[str, Any], frequency: np.ndarray, path: Path) -> None:
-    """Require a whole dataset, complex and over the frequencies of the first."""
+def _check_binary(content: bytes, path: Path) -> None:
+    """Require numbers of datasets 58b to fill the bytes that their heads say, but for white space behind them."""
+    for head in _BINARY.finditer(content):
+        kind, count, even = map(int, head.groups())
+        if kind not in _BYTES:
+            continue
+        value, place = _BYTES[kind]
+        size = count * (value + (0 if even else place))
+        end = _MARK.search(content, head.end() + size)
+        if end is not None and content[head.end() + size : end.start()].strip():
+            raise ValueError(
+                f"path = {str(path)!r} has a dataset 58b with more than the {size} bytes of numbers that its head "
+                "says, as where a transfer as text put in newlines; copy it as a binary file, or export it again"
+            )
+
+
+def _check(one: dict[str, Any], path: Path) -> None:
+    """Require a whole dataset of complex numbers."""
     count = int(one["num_pts"])
     if len(one["data"]) < count or len(one["x"]) < count:
         raise ValueError(
@@ -108,9 +139,11 @@ def _check(one: dict[str, Any], frequency: np.ndarray, path: Path) -> None:
     one["data"], one["x"] = np.asarray(one["data"])[:count], np.asarray(one["x"])[:count]
     if not np.iscomplexobj(one["data"]):
         raise ValueError(f"path = {str(path)!r} has responses without imaginary part; export complex ones")
-    step = np.median(np.abs(np.diff(frequency))) if len(frequency) > 1 else 1.0
-    if len(one["x"]) != len(frequency) or np.max(np.abs(one["x"] - frequency)) > _SAME * step:
-        raise ValueError(f"path = {str(path)!r} has responses over different frequencies; keep those of one axis in it")
+    if np.any(np.abs(np.nan_to_num(one["data"], posinf=np.inf)) > _LARGEST):
+        raise ValueError(
+            f"path = {str(path)!r} has numbers above {_LARGEST:g}, and no response has; what it says of their bytes "
+            "may be wrong: export it again, as text if it can be"
+        )
 
 
 def _directions(one: dict[str, Any], least: int = 0) -> tuple[int, int]:
