@@ -39,8 +39,10 @@ def main() -> None:
         for name, column in (("limit", "gain"), ("band", "xs"), ("samples", "x")):
             code = f"return model.data.{column}.length"
             browsers.until(driver, lambda: browsers.model(driver, f"source of {name}", code), name, 900)  # noqa: B023
-        browsers.until(driver, lambda: "ready" in browsers.text_of(driver), "end", 900)
-        time.sleep(2)
+        # What is computed ahead begins a while after the rest is done.
+        for _ in range(2):
+            browsers.until(driver, lambda: "computing" not in browsers.text_of(driver), "end", 900)
+            time.sleep(4)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "explore.png"
             driver.save_screenshot(str(path))

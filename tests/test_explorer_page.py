@@ -368,6 +368,23 @@ def test_a_measured_response_is_fitted_or_taken_as_it_is(turning, tmp_path, monk
 
 
 @pytest.mark.slow
+def test_a_file_that_was_refused_is_read_again_once_its_unit_is_said(turning):
+    turning.load(replace(STARTS["turning"], view=replace(STARTS["turning"].view, speeds=SPEEDS)))
+    content = response_of(lobex.Modes.single(frequency=146.5, damping_ratio=0.02, mass=2.573))
+    model, kind, unit = turning.sheets.bring_in
+    kind.value = KINDS[1]
+    model.param.update(filename="../tap test.csv", value=content.replace(b" [m/N]", b""))
+    assert "'tap test.csv' does not say what was measured" in html.unescape(turning.status.message.object)
+    assert turning.state.structure == STARTS["turning"].structure
+    unit.value = "m/N"
+    assert turning.settle()
+    (mode,) = turning.state.structure.modes
+    assert mode.frequency == pytest.approx(146.5, rel=1e-6)
+    # It has the name that the user gave it.
+    assert "ModalFit of tap_test.csv" in turning.sheets.note.object
+
+
+@pytest.mark.slow
 def test_a_list_of_cuts_is_read_from_a_file(turning):
     turning.load(replace(STARTS["turning"], view=replace(STARTS["turning"].view, speeds=SPEEDS)))
     turning.sheets._cuts_of_file("cuts.csv", b"speed [rpm],depth [mm],chatter\n7000,0.001,no\n")

@@ -4,6 +4,7 @@ They are small and hold text and numbers alone; none of their readers runs what 
 """
 
 import hashlib
+import re
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -133,10 +134,11 @@ def _file(name: str, content: bytes) -> Iterator[Path]:
     if len(content) > MOST_BYTES:
         raise ValueError(f"{name[:_SHOWN]!r} has {len(content)} bytes; give a file of up to {MOST_BYTES}")
     ending = Path(name).suffix
-    # Of the name no more than the ending is used: what it says of folders is not followed.
     safe = ending if ending.isascii() and ending[1:].isalnum() else ""
+    # What the name says of folders is not followed.
+    stem = re.sub(r"[^A-Za-z0-9_-]+", "_", Path(name).stem)[:_SHOWN] or "file"
     with tempfile.TemporaryDirectory(prefix="lobex-") as folder:
-        path = Path(folder) / f"file{safe}"
+        path = Path(folder) / f"{stem}{safe}"
         path.write_bytes(content)
         try:
             yield path

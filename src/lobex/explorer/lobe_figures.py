@@ -28,7 +28,7 @@ from lobex.results.codes import Kind, Status
 from lobex.results.limit import Limit
 
 GREY, RED, GREEN, PURPLE = "#555555", "#c8102e", "#0b7a75", "#7a4b94"
-IDLE = "Move over the diagram to read it; click to march the motion there."
+IDLE = "Move over the diagram to read it; click to march the motion there. Numbers are those of the lobes."
 _MARKER = {"o": "circle", "X": "x", "d": "diamond"}
 _TOOLS = "pan,box_zoom,wheel_zoom,reset"
 # Of limits that are drawn alike, by their colour: one that changes is sent back in a form that notebooks do not take.

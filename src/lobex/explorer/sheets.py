@@ -30,7 +30,12 @@ if TYPE_CHECKING:
 
 _WIDE = 440
 _MODELS = ".toml,.csv,.txt,.frf,.unv,.uff,.npy,.npz,.mat,.xlsx"
-_CUTS = "rpm, mm, chatter\n12000, 1.0, 0\n14500, 2.5, 1"
+_CUTS = {
+    "rpm": "rpm, mm, chatter\n12000, 1.0, 0\n14500, 2.5, 1",
+    "Hz": "Hz, MN/m, chatter\n120, 0.3, 0\n150, 0.6, 1",
+}
+# Of a fit, with as many columns as it has directions.
+_REPORT = "font-size: 10px; overflow-x: auto; margin: 0"
 
 
 class Sheets:
@@ -41,6 +46,7 @@ class Sheets:
         note: what is told of a file that was brought in.
         panes: in which their figures stand.
         taken: what is downloaded, by its ending: functions that make bytes.
+        bring_in: the fields of a file: itself, what it holds, and the unit of a response.
     """
 
     def __init__(self, page: "Explorer") -> None:
@@ -49,13 +55,17 @@ class Sheets:
         self.figures = point_figures()
         self.bars = bars(page.quantity)
         self._about = pn.pane.HTML("Click at a point of the diagram.", width=_WIDE, name="about the point")
-        self._of_bars = pn.pane.HTML("", width=_WIDE)
+        measured = isinstance(page.state.structure, Measured)
+        self._of_bars = pn.pane.HTML(
+            "Known of modes: fit them to the measured response." if measured else "Not known yet.", width=_WIDE
+        )
         self.note = pn.pane.HTML("", width=_WIDE)
         self._deviations = pn.Column(margin=0, width=_WIDE)
         self._named: tuple[str, ...] = ()
         drawn = (self.figures.motion, self.figures.spectrum, self.figures.samples, self.bars.figure)
         self.panes = [pn.pane.Bokeh(one, width=_WIDE, margin=0) for one in drawn]
         self._of_point = pn.Column(*self.panes[:3], width=_WIDE, visible=False, margin=0)
+        self.panes[3].visible = False
         point = pn.Column(self._about, self._of_point, width=_WIDE)
         matter = pn.Column(self._of_bars, self.panes[3], self._deviations, width=_WIDE)
         self.tabs = pn.Tabs(
@@ -76,6 +86,7 @@ class Sheets:
         page = self._page
         assert page.slopes is not None
         at = self.bars.show(page.slopes.table, None if page.state.point is None else page.state.point.speed)
+        self.panes[3].visible = True
         where = "At the clicked speed" if page.state.point is not None else "Where the limit is lowest"
         shown = "no limit" if np.isnan(at) else shown_speed(at, page.speed_unit)
         self._of_bars.object = f"{where}, {shown}: percent of limit per percent of each number."
@@ -160,7 +171,7 @@ class Sheets:
         self._speeds = pn.pane.HTML("", width=_WIDE, name="next speeds")
         heard.param.watch(lambda event: self.hear(event.new), "value")
         self._text = pn.widgets.TextAreaInput(
-            label="cuts: speed, gain, chatter", placeholder=_CUTS, height=130, width=_WIDE - 40
+            label="cuts: speed, gain, chatter", placeholder=_CUTS[page.speed_unit], height=130, width=_WIDE - 40
         )
         shown = pn.widgets.Button(label="hold them against the limit", width=220)
         shown.on_click(lambda _: self.take_cuts(self._text.value))
@@ -256,12 +267,18 @@ class Sheets:
 
     def _files(self) -> Any:
         kind = pn.widgets.Select(label="it holds", options=list(KINDS), width=180)
-        unit = pn.widgets.Select(label="response over force", options=list(UNITS), width=180, visible=False)
+        unit = pn.widgets.Select(label="unit, response over force", options=list(UNITS), width=180, visible=False)
         kind.param.watch(lambda event: unit.param.update(visible="response" in event.new), "value")
         model = pn.widgets.FileInput(accept=_MODELS, width=_WIDE - 60)
-        model.param.watch(
-            lambda event: event.new and self.take_model(model.filename, event.new, kind.value, unit.value), "value"
-        )
+
+        def read(_: Any) -> None:
+            # What was read is on other sheets: a file that is still here was refused, as it was said to be.
+            if model.value:
+                self.take_model(model.filename, model.value, kind.value, unit.value)
+
+        for one in (model, kind, unit):
+            one.param.watch(read, "value")
+        self.bring_in = model, kind, unit
         name = f"lobex-{self._page.state.kind}"
         self.taken = {
             "py": self._script,
@@ -317,7 +334,7 @@ class Sheets:
         note = read.told
         page.load(read.state)
         # What stands on the page now are other sheets.
-        page.sheets.note.object = f"<pre>{escape(note)}</pre>" if note else ""
+        page.sheets.note.object = f'<pre style="{_REPORT}">{escape(note)}</pre>' if note else ""
         page.sheets.tabs.active = 3 if note else 0
         page.status.say("; ".join(str(one.message) for one in told), doubt=True)
 

@@ -139,7 +139,7 @@ class BladingNumbers:
 class TurningNumbers:
     """Those of ``lobex.Turning``; process damping with a coefficient above zero alone."""
 
-    radial: float = _knob(2e8, "radial force K_r", "N/mm²", 1e6, 2e7, 3e9, zero=False)
+    radial: float = _knob(2e8, "radial force Kᵣ", "N/mm²", 1e6, 2e7, 3e9, zero=False)
     diameter: float = _knob(0.05, "diameter", "mm", 1e-3, 0.005, 0.3, zero=False)
     damping_coefficient: float = _knob(0.0, "process damping C", "N/mm", 1e3, 0.0, 5e5)
 
@@ -159,9 +159,9 @@ class Tooth:
 class MillingNumbers:
     """Those of ``lobex.Milling`` and its cutter; what is zero and may be so is left out."""
 
-    tangential: float = _knob(5.5e8, "tangential force K_t", "N/mm²", 1e6, 5e7, 4e9, zero=False)
-    normal: float = _knob(2e8, "normal force K_n", "N/mm²", 1e6, 0.0, 3e9)
-    axial: float = _knob(0.0, "axial force K_a", "N/mm²", 1e6, 0.0, 2e9, signed=True)
+    tangential: float = _knob(5.5e8, "tangential force Kₜ", "N/mm²", 1e6, 5e7, 4e9, zero=False)
+    normal: float = _knob(2e8, "normal force Kₙ", "N/mm²", 1e6, 0.0, 3e9)
+    axial: float = _knob(0.0, "axial force Kₐ", "N/mm²", 1e6, 0.0, 2e9, signed=True)
     radial_immersion: float = _knob(0.5, "radial immersion", "%", 1e-2, 0.01, 1.0, zero=False)
     direction: str = "down"
     feed_per_tooth: float = _knob(1e-4, "feed per tooth", "mm", 1e-3, 0.0, 4e-4)
