@@ -46,6 +46,9 @@ TEXTS = {
     ),
     "tabs": "# of a tap test\n"
     + rows("f (Hz)\tzeta (%)\tk (kN/mm)\taxis", FREQUENCIES, PER_CENT, [18.8, 62, 12.6], "xxy", separator="\t"),
+    "units in a row of their own": rows(
+        "Frequency,Damping,Stiffness,Direction\n[Hz],[%],[N/um],", FREQUENCIES, PER_CENT, [18.8, 62, 12.6], "xxy"
+    ),
     "masses": rows("f [Hz],damping [1],mass [kg],axis", FREQUENCIES, SHARES, MASS.tolist(), "xxy"),
     "vectors": rows(
         "f [Hz],damping [%],k [N/m],shape x,shape y", FREQUENCIES, PER_CENT, STIFFNESSES, [2, 1, 0], [0, 0, 1]

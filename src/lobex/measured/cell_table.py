@@ -112,7 +112,7 @@ def read_cells(path: Any, what: str) -> CellTable:
     first = next((i for i, row in enumerate(lines) if sum(as_number(cell) is not None for cell in row) > 1), 0)
     if first == 0:
         raise ValueError(f"path = {str(place)!r} has no head with rows below it; give {what}, one a row")
-    head, rows = ["" if cell is None else str(cell) for cell in lines[first - 1]], lines[first:]
+    head, rows = _head(lines[:first]), lines[first:]
     for number, row in enumerate(rows, 1):
         if len(row) != len(head):
             raise ValueError(
@@ -134,6 +134,17 @@ def as_number(cell: Any) -> float | None:
         return float(cell)
     text = str(cell).strip()
     return number_of(text, "comma" if "," in text else "point")
+
+
+def _head(above: list[list[Any]]) -> list[str]:
+    """What stands above each column, with units of a row of their own behind the names."""
+    *names, last = [["" if cell is None else str(cell).strip() for cell in row] for row in above[-2:]]
+    alone = all(found is not None and not found[1] for cell in last if cell for found in [_UNIT.match(cell)])
+    return (
+        [f"{a} {b}" for a, b in zip(names[0], last, strict=True)]
+        if alone and [*map(len, names)] == [len(last)]
+        else last
+    )
 
 
 def _heading(text: str) -> Heading:
