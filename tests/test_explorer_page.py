@@ -222,6 +222,14 @@ def test_files_are_limited_and_their_names_lead_nowhere():
         read_model("tool.toml", tool, STARTS["milling"])
 
 
+@pytest.mark.parametrize("kind", KINDS[1:3])
+def test_of_several_responses_a_process_of_one_direction_says_what_to_keep(kind):
+    columns = b"Frequency [Hz],Re xx [m/N],Im xx [m/N],Re yy [m/N],Im yy [m/N]\n"
+    rows = b"".join(b"%d,1e-6,-2e-7,1e-6,-2e-7\n" % frequency for frequency in range(100, 120))
+    with refused("path = 'tap.csv' holds several responses, x to x, y to y, of which this process takes one; keep"):
+        read_model("tap.csv", columns + rows, STARTS["turning"], kind)
+
+
 def test_a_worker_does_the_newest_of_each_kind_in_order():
     done, failed, begun, held = [], [], threading.Event(), threading.Event()
     worker = Worker(("first", "second"), failed.append, lambda busy: None)

@@ -80,7 +80,10 @@ def of_tool(path: Path, state: State) -> State:
 
 def of_response(path: Path, state: State, unit: str = UNITS[0]) -> tuple[State, str]:
     """The state with modes fitted to a measured response and their deviations, and the report of the fit."""
-    fit = lobex.read_frf(path, unit=None if unit == UNITS[0] else unit).fit()
+    frf = lobex.read_frf(path, unit=None if unit == UNITS[0] else unit)
+    if not isinstance(state.numbers, MillingNumbers):
+        _check_one(frf, path)
+    fit = frf.fit()
     shown = _with_table(state, table_of(fit.modes))
     return replace(shown, deviation=_deviation(fit.relative_standard_deviation)), repr(fit)
 
@@ -89,9 +92,20 @@ def _as_it_is(name: str, content: bytes, path: Path, state: State, unit: str) ->
     """The state with a measured response in the place of modes."""
     said = "" if unit == UNITS[0] else unit
     frf = lobex.read_frf(path, unit=said or None)
+    _check_one(frf, path)
     structure = Measured(Path(name).name, hashlib.sha256(content).hexdigest(), said)
     shown = replace(state, structure=structure, deviation=(), point=None, heard=None)
     return Read(shown, repr(frf), frf.receptance())
+
+
+def _check_one(frf: lobex.Frf, path: Path) -> None:
+    """Require one response, where the process has one direction."""
+    if len(frf.pairs) > 1:
+        named = ", ".join(f"{response} to {reference}" for response, reference in frf.pairs)
+        raise ValueError(
+            f"path = {str(path)!r} holds several responses, {named}, of which this process takes one; keep that in the "
+            "direction of its force in the file"
+        )
 
 
 def of_table(path: Path, state: State) -> State:
