@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import panel as pn
+from bokeh.models.widgets.tables import NumberFormatter
 
 from lobex.explorer.state import (
     DIRECTIONS,
@@ -32,6 +33,8 @@ Change = Callable[[Callable[[State], State]], None]
 
 WIDE = 330
 _DIGITS = 12
+# Of which fields have room for; the numbers keep theirs.
+_SHOWN = "0[.][0000]"
 _STEPS = 500
 # Columns of tables, with the size of the unit that they are shown in.
 _OF_MODES = {"frequency": ("f (Hz)", 1.0), "damping_ratio": ("ξ (%)", 1e-2), "mass": ("m (kg)", 1.0)}
@@ -58,7 +61,7 @@ def slider(name: str, knob: Knob, value: float, moved: Callable[[float], None]) 
         end=max(high, shown),
         step=rounded((high - low) / _STEPS),
         value=shown,
-        format="0[.][0000000]",
+        format=_SHOWN,
         width=WIDE - 20,
         margin=(1, 8),
         css_classes=[f"of-{name.replace('_', '-')}"],
@@ -307,6 +310,7 @@ def _table(rows: tuple[Any, ...], columns: Mapping[str, tuple[str, float]], edit
         width=WIDE - 10,
         height=min(38 + 33 * len(rows), 260),
         editors={label: {"type": "number"} for label, _ in columns.values()},
+        formatters={label: NumberFormatter(format=_SHOWN, text_align="right") for label, _ in columns.values()},
         sizing_mode="fixed",
         margin=(2, 8),
     )
