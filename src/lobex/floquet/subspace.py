@@ -36,10 +36,10 @@ def dominant_pair(matrix: Float[Array, "N N"], state: int, squarings: int | Int[
         return pair_by_squaring(matrix, squarings)
     start = np.linalg.qr(np.random.default_rng(7).standard_normal((jnp.shape(matrix)[-1], size)))[0]
 
-    def turned(_: Int[Array, ""], block: Float[Array, "N b"]) -> Float[Array, "N b"]:
-        for _ in range(periods):
+    def turned(step: Int[Array, ""], block: Float[Array, "N b"]) -> Float[Array, "N b"]:
+        for _ in range(periods - 1):
             block = matrix @ block
-        return _orthonormal(block)
+        return _orthonormal(matrix @ block)
 
     steps = jnp.maximum(squarings - _FEWER, _FEWEST)
     block = jax.lax.fori_loop(0, steps, turned, jnp.asarray(start, dtype=matrix.dtype))
