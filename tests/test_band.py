@@ -105,7 +105,7 @@ def test_a_loaded_limit_of_milling_has_the_same_band(tmp_path):
         lobex.DelayedMathieu(3.0, 2.0, 0.1),
         lobex.Scalar(-1.0),
         lobex.Rub(lobex.Blading(ROD.modes, 3)),
-        lobex.Rub(lobex.Receptance(np.arange(1.0, 9), np.arange(1.0, 9) - 9j)),
+        lobex.Rub(lobex.Receptance(np.arange(1.0, 9), -np.arange(1.0, 9) - 9j)),
         lobex.Chebyshev(31, aligned=False),
         lobex.SemiDiscretization(24, order=1),
     ],

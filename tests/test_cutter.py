@@ -127,7 +127,10 @@ def test_mean_forces_of_feed_and_runout_are_those_of_quadrature():
         ({"teeth": 2, "diameter": -0.02}, "diameter = -0.02 must be positive"),
         ({"teeth": 2, "diameter": 0.02, "helix_degrees": 90.0}, "helix_degrees = 90.0; give angles from 0 to below 90"),
         ({"teeth": 2, "diameter": 0.02, "helix_degrees": [30.0, -5.0]}, "helix_degrees = .* from 0 to below 90"),
-        ({"teeth": 2, "diameter": 0.02, "helix_degrees": [30.0, 0.0]}, "helix = .* above 0 and below π/2"),
+        (
+            {"teeth": 2, "diameter": 0.02, "helix_degrees": [30.0, 0.0]},
+            r"helix_degrees = \[30.0, 0.0\]; give angles above 0 of all teeth",
+        ),
         ({"teeth": 2, "diameter": 0.02, "helix_degrees": [30.0] * 3}, "helix has shape .* one a tooth"),
         ({"teeth": 2, "helix_degrees": 30.0}, "diameter = None with a helix; give the diameter"),
         ({"teeth": 4, "runout": [1e-5]}, r"runout has shape \(1,\); give one number in m a tooth"),

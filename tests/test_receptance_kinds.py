@@ -56,6 +56,12 @@ def test_what_is_taken_for_another_kind_is_warned_of_with_the_arguments_that_men
     assert warning.filename == __file__
 
 
+def test_a_resonance_narrower_than_the_lines_is_called_nothing_by_its_phase():
+    for own in 2 * np.pi * np.linspace(146.0, 147.0, 21):
+        response = 1 / MASS / (own**2 - OMEGA**2 + 2e-3j * own * OMEGA)
+        assert lobex.Receptance(FREQUENCY, response).response == pytest.approx(response)
+
+
 KINDS_OF = "displacement", "velocity", "acceleration"
 MISTAKES = [
     reading

@@ -281,7 +281,7 @@ def test_pictures(rod):
         (lambda: lobex.sensitivities(ROD, -85.0), "speed = -85"),
         (
             lambda: lobex.sensitivities(
-                lobex.Rub(lobex.Receptance(np.arange(1.0, 9), np.arange(1.0, 9) - 9j)), 3.0, (1e3, 1e5)
+                lobex.Rub(lobex.Receptance(np.arange(1.0, 9), -np.arange(1.0, 9) - 9j)), 3.0, (1e3, 1e5)
             ),
             "a measured receptance serves exact_limit",
         ),

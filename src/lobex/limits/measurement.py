@@ -20,6 +20,8 @@ _CONSIDERABLE = 0.01
 _CIRCLE = 0.25
 # From −90°, which is that of a receptance at its resonances: what is another's, and what is known for one's.
 _OTHER, _KNOWN = 60.0, 45.0
+# From line to line at the largest peak the phase turns by less, if the lines are close enough to tell it.
+_CLOSE = 60.0
 _TURNS = (1.0, -1j, -1.0)
 
 
@@ -83,7 +85,7 @@ def oddity(response: Inexact[AnyArray, " points"], measured: str, conjugate: boo
         return "no imaginary part, as a magnitude without phase"
     seen = _seen(response, Reading(measured, conjugate, False))
     area, off = _area(seen), _off(seen)
-    if abs(area) > _CIRCLE * np.max(np.abs(seen)) ** 2:
+    if abs(area) > _CIRCLE * np.max(np.abs(seen)) ** 2 and _turn_at_peak(seen) < _CLOSE:
         if abs(off) > _OTHER:
             return f"a phase of about {(off + 90) % 360 - 180:.0f}° at its resonances, and not of −90°"
         return "a phase that rises through its resonances" if area > 0 else None
@@ -102,6 +104,13 @@ def _seen(response: Inexact[AnyArray, " points"], reading: Reading) -> Inexact[A
 def _area(response: Inexact[AnyArray, " points"]) -> float:
     """Twice the area that is gone around from 0, anticlockwise."""
     return float(np.sum(np.imag(np.conj(response[:-1]) * response[1:])))
+
+
+def _turn_at_peak(response: Inexact[AnyArray, " points"]) -> float:
+    """By how many degrees the phase turns from the largest to the lines beside it, at most."""
+    peak = int(np.argmax(np.abs(response)))
+    around = response[max(peak - 1, 0) : peak + 2]
+    return float(np.max(np.abs(np.rad2deg(np.angle(around * np.conj(response[peak]))))))
 
 
 def _off(seen: Inexact[AnyArray, " points"]) -> float:
