@@ -1,5 +1,6 @@
 """The command line, run as a user runs it."""
 
+import os
 import subprocess
 import sys
 
@@ -213,6 +214,26 @@ def test_bad_input_in_a_process_of_its_own(tmp_path):
     done = run("lobes", "rub", "--speed", "50:nan:10", cwd=tmp_path)
     assert (done.returncode, done.stdout, done.stderr.count("\n")) == (2, "", 1)
     assert done.stderr.startswith("lobex: error: speed = ")
+
+
+IMPORTING = """
+import os, sys
+class Watch:
+    def find_spec(self, name, *rest):
+        if name == "numpy":
+            print(os.environ.get("OPENBLAS_NUM_THREADS"))
+sys.meta_path.insert(0, Watch())
+sys.argv = ["lobex", "lobes", "rub", "--gain", "x"]
+from lobex.shell.main import main
+main()
+"""
+
+
+def test_numpy_is_told_of_its_thread_before_it_is_imported():
+    # Beside busy cores small eigenvalue problems took seventy times as long with two.
+    told = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    done = subprocess.run([sys.executable, "-c", IMPORTING], capture_output=True, text=True, env=told, timeout=60)
+    assert done.stdout == "1\n", done.stderr
 
 
 @pytest.mark.parametrize("arguments", [(), ("--help",), ("lobes", "--help")])

@@ -23,8 +23,6 @@ def prepare_jax() -> None:
     another processor may end in an illegal instruction. ``JAX_COMPILATION_CACHE_DIR`` moves the folder and
     ``JAX_ENABLE_COMPILATION_CACHE=false`` turns it off.
     """
-    # JAX has a thread per core already.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     if tuple(map(int, version("jax").split(".")[:2])) < _NOISY:
         os.environ.setdefault("TF_CPP_MIN_LOG_LEVEL", _NO_ERRORS)
     # Another process may be writing what this one reads: JAX then compiles it.

@@ -1,5 +1,6 @@
 """``lobex``: arguments in, files, pictures and a short summary out."""
 
+import os
 import sys
 from collections.abc import Callable
 from functools import partial
@@ -10,6 +11,8 @@ _MOST = 650
 
 def main() -> None:
     """Entry point of the ``lobex`` command; bad input is one line on standard error and exit code 2."""
+    # Before NumPy is imported: JAX has a thread per core already.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # Nothing slow is imported before Ctrl-C is looked after.
     from lobex.shell.quitting import ended_at_once
 
@@ -19,8 +22,6 @@ def main() -> None:
         run()
     except BrokenPipeError:
         # The reader of a pipe, such as head, has seen enough; Python would complain again at exit.
-        import os
-
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except ValueError as error:
         _refuse(str(error))
