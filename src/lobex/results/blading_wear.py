@@ -35,7 +35,8 @@ class BladingWear(OfWear, form="lobex blading wear 2"):
         casing_damping_energy, casing_stored_energy, casing_speeding_energy: the same of the casing, (n, revolutions).
         watched: as of ``WearMap``, of every blade, (n, blades, watched, samples).
         watched_amplitude: the largest of each in every revolution, (n, blades, watched, revolutions).
-        natural_frequency: of the blade without mistuning or coupling, Hz, (modes,).
+        natural_frequency: of the blade without mistuning or coupling, Hz, (modes,); at the first speed, if they
+            follow it.
         samples_per_revolution, lag, usable_orders, nodal_diameters, radius, axial_width, model, seconds, compiling,
             failed: as of ``WearMap``.
     """

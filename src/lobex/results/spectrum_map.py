@@ -27,7 +27,7 @@ class SpectrumMap(Result, form="lobex spectrum 1"):
         speed: (n,), Hz.
         order: frequency divided by speed, which is the engine order at whole numbers, (m,).
         amplitude: amplitude of a line at that frequency, m, (n, m); NaN where a lane failed.
-        natural_frequency: the blade's, Hz, (modes,).
+        natural_frequency: the blade's, Hz, (modes,); at the first speed, if they follow it.
         nodal_diameters: bumps of the casing per revolution.
         window: the window used.
     """

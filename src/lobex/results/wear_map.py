@@ -46,7 +46,7 @@ class WearMap(OfWear, form="lobex wear map 4"):
         samples_per_revolution: samples of ``displacement`` per revolution.
         lag: samples by which ``displacement`` is late, from the filter.
         usable_orders: engine orders up to which ``displacement`` holds the motion.
-        natural_frequency: the blade's, Hz, (modes,).
+        natural_frequency: the blade's, Hz, (modes,); at the first speed, if they follow it.
         nodal_diameters: bumps of the casing per revolution.
         radius, axial_width: of the casing, m.
         model: modes, casing and law as plain dictionaries.
