@@ -10,8 +10,12 @@ from jaxtyping import Array, Bool, Inexact
 from lobex._namespace import namespace, still
 from lobex._shapes import AnyArray
 
+# Of one number or of many.
+_Truths = Bool[AnyArray, "..."] | np.bool_ | bool
+_Values = Inexact[AnyArray, "..."] | float | complex
 
-def where_there(there: Bool[AnyArray, "..."], value: Inexact[AnyArray, "..."]) -> Inexact[AnyArray, "..."]:
+
+def where_there(there: _Truths, value: _Values) -> Inexact[AnyArray, "..."]:
     """``value`` where it is there, and elsewhere NaN.
 
     What is not there has no derivative either, NaN; but where nobody asks for it, as in a sum or a minimum over the
@@ -22,9 +26,7 @@ def where_there(there: Bool[AnyArray, "..."], value: Inexact[AnyArray, "..."]) -
     return _marked(*jnp.broadcast_arrays(there, value))
 
 
-def with_stand_in(
-    there: Bool[AnyArray, "..."], value: Inexact[AnyArray, "..."], other: float
-) -> Inexact[AnyArray, "..."]:
+def with_stand_in(there: _Truths, value: _Values, other: float) -> Any:
     """``value`` where it is there, and elsewhere ``other`` that moves as it does, to go on to ``where_there``."""
     lib = namespace(there, value)
     return value + still(lib.where(there, 0.0, other - value))
