@@ -139,12 +139,10 @@ def as_number(cell: Any) -> float | None:
 def _head(above: list[list[Any]]) -> list[str]:
     """What stands above each column, with units of a row of their own behind the names."""
     *names, last = [["" if cell is None else str(cell).strip() for cell in row] for row in above[-2:]]
-    alone = all(found is not None and not found[1] for cell in last if cell for found in [_UNIT.match(cell)])
-    return (
-        [f"{a} {b}" for a, b in zip(names[0], last, strict=True)]
-        if alone and [*map(len, names)] == [len(last)]
-        else last
-    )
+    of_units = all(found is not None and not found[1] for cell in last if cell for found in [_UNIT.match(cell)])
+    if of_units and names and len(names[0]) == len(last):
+        return [f"{name} {unit}" for name, unit in zip(names[0], last, strict=True)]
+    return last
 
 
 def _heading(text: str) -> Heading:
