@@ -280,6 +280,7 @@ def test_only_points_that_are_asked_for_are_looked_at():
     assert np.isfinite(values).all()
 
 
+@pytest.mark.slow
 def test_of_traced_numbers_nothing_is_asked():
     def growth(value):
         return lobex.spectral_radius(with_delay(SOUND, NUMBERS), 2.0, value, lobex.Chebyshev(8))

@@ -14,6 +14,7 @@ SPEEDS = np.array([70.0, 95.0, 140.0])
 RADIAL, TANGENT = (1.0, 0.0, 0.0), (0.0, 1.0, 0.0)
 
 
+@pytest.mark.slow
 def test_the_exact_limit_is_that_of_the_modes_at_each_speed():
     limit = lobex.exact_limit(RUB, SPEEDS)
     for i, speed in enumerate(SPEEDS):

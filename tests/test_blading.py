@@ -42,6 +42,7 @@ def test_rings_of_six_blades_have_the_reference_limits(kind):
     np.testing.assert_array_equal(limit.nodal_diameter, np.where(turned, waves, -waves % 6) if waves[0] > 0 else -1)
 
 
+@pytest.mark.slow
 def test_spacing_alone_changes_nothing_of_blades_that_are_not_coupled():
     for kind in ("tuned", "mistuned"):
         even, uneven = (lobex.exact_limit(blading(kind, spacing=gaps), SPEED).gain for gaps in (None, GAPS))

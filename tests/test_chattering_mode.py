@@ -20,6 +20,7 @@ def test_waves_around_a_disc_are_those_whose_characteristic_equation_holds(other
     np.testing.assert_array_equal(found.nodal_diameter, limit.nodal_diameter)
 
 
+@pytest.mark.slow
 def test_mistuned_blades_that_are_coupled_are_labelled_as_nearly_as_they_are_without_the_coupling():
     mistuning = 0.01 * np.array([1.0, -2.0, 0.5, 1.5, -1.0])
     limit = lobex.exact_limit(lobex.Rub(lobex.Blading(TWO, 5, mistuning)), SPEEDS)

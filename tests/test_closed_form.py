@@ -35,6 +35,7 @@ def own_rub(modes, **others):
     )
 
 
+@pytest.mark.slow
 def test_an_equation_written_by_hand_has_the_limit_of_the_rub():
     exact, own = lobex.exact_limit(ROD, SPEEDS), lobex.exact_limit(own_rub(ROD.modes), SPEEDS)
     assert own.gain == pytest.approx(exact.gain, rel=1e-11)
@@ -89,6 +90,7 @@ def test_a_class_of_ones_own_and_derivatives_by_its_numbers():
     assert mine.stiffness == pytest.approx(-limit(ROD) / 4, rel=1e-10)
 
 
+@pytest.mark.slow
 def test_traced_critical_gains_ask_the_same():
     with jax.enable_x64(True):
         traced = jax.jit(lambda p: lobex.critical_gain(p, SPEEDS[:4], (1e3, 1e7)).gain)(Whole(ROD.modes, 1.0))

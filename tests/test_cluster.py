@@ -69,6 +69,7 @@ def kill_at(numbers, victims):
     return before_each_chunk(kill)
 
 
+@pytest.mark.slow
 def test_workers_make_what_this_process_makes_and_their_tasks_say_what_they_are(client, uninterrupted, tmp_path):
     with distributed.get_task_stream(client) as stream:
         study(tmp_path / "s", client)

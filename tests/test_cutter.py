@@ -84,6 +84,7 @@ def test_pieces_end_where_a_tooth_enters_or_leaves_and_where_their_delays_carry_
     assert len(halved.delays) == 2
 
 
+@pytest.mark.slow
 def test_mean_forces_are_those_of_quadrature():
     with np.errstate(all="raise"):
         term = pitched([80, 100, 75, 105], 0.8, "up").system(50.0, 1e-3).terms[1]
@@ -170,6 +171,7 @@ def helical(degrees, direction="up", immersion=0.25, modes=PLANE):
     return lobex.Milling(modes, lobex.Cutter.end_mill(**SMALL, helix_degrees=degrees), KT, KN, immersion, direction)
 
 
+@pytest.mark.slow
 def test_a_helix_at_its_pitch_depth_has_the_constant_coefficients_of_the_mean():
     process, speed, depth = helical(45.0), 90.0, np.pi * SMALL["diameter"] / 4
     with jax.enable_x64(True):
@@ -206,6 +208,7 @@ def test_mean_forces_of_a_helix_are_those_of_its_heights(depth):
     assert mean == pytest.approx(every.mean(0), rel=1e-5)
 
 
+@pytest.mark.slow
 def test_symmetric_structures_cut_up_as_they_cut_down_with_a_helix():
     both = lobex.Modes.plane(x=MODE, y=MODE)
     up, down = (helical(30.0, direction, modes=both) for direction in ("up", "down"))
@@ -281,6 +284,7 @@ def damped(coefficient, friction=0.3, **others):
     return lobex.Milling(across, cutter, 1.5e9, 6e8, 0.5, "down", process_damping=damping, **others)
 
 
+@pytest.mark.slow
 def test_process_damping_of_milling_is_that_of_independent_codes_and_none_without_it():
     method = lobex.Duhamel(nodes=40)
     value = lobex.multipliers(damped(1e5), 2000 / 60, 1.5e-3, method)[0]

@@ -172,6 +172,7 @@ def test_a_ball_in_space_comes_to_its_digits_with_few_nodes():
     assert values[1] == pytest.approx(values[2], rel=2e-10)
 
 
+@pytest.mark.slow
 def test_corners_that_vanish_leave_a_cylinder_to_first_order():
     cylinder = lobex.multipliers(milling(PROFILES["cylinder"][0]), 80.0, 5e-3, FINE)[0]
     corners = [lobex.Cutter.bull_nose(D, radius, teeth=2, helix_degrees=30.0) for radius in (1e-5, 2e-5)]
@@ -202,7 +203,8 @@ def stacked(count, helix=0.0, depth=6e-3, taper=10.0):
     return lobex.Cutter.from_discs(D, thick, lag_degrees=lag, lead_degrees=lead, teeth=2)
 
 
-@pytest.mark.parametrize("direction", ["up", pytest.param("down", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("direction", ["up", "down"])
 def test_discs_of_a_ball_meet_a_wall_each_at_angles_of_its_own(direction):
     wall, depth, start = 0.4 * D / 2, 6e-3, np.arange(64) / 64
     # The heights of ``point_by_point``, of which those above the corner have no width.
@@ -219,6 +221,7 @@ def test_discs_of_a_ball_meet_a_wall_each_at_angles_of_its_own(direction):
     assert apart[1] < min(0.4 * apart[0], 0.03)
 
 
+@pytest.mark.slow
 def test_discs_come_to_the_profile_by_the_square_of_their_thickness():
     smooth = lobex.Cutter.tapered(D, 10.0, teeth=2, helix_degrees=30.0)
     start = np.arange(64) / 64

@@ -150,6 +150,7 @@ def test_the_force_is_what_the_structure_answers_to_as_it_moves(uneven):
             assert mass * (s**2 + 2 * ratio * omega * s + omega**2) * moved == pytest.approx(pushed, abs=1e-6 * size)
 
 
+@pytest.mark.slow
 def test_what_the_spindle_does_not_give_to_the_chip_is_lost_in_damping(uneven):
     """The work of the force on the structure is what its dampers take, and the torque is that of the edges."""
     velocity = PLANE.angular_frequency[0] * uneven.displacement[: len(GAUSS), 2:]

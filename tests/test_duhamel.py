@@ -240,6 +240,7 @@ def test_rub_with_other_modes_than_five():
         assert chart.spectral_radius == pytest.approx(exact, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_nodes_that_are_too_few_are_warned_of():
     fine = lobex.spectral_radius(ROD, 120.0, 1.2e6, lobex.Duhamel(nodes=30))
     with pytest.warns(lobex.SweepWarning, match="1 of 1 points failed or have an estimated error above 1e-08"):

@@ -82,6 +82,7 @@ def test_threads_make_what_this_process_makes():
     np.testing.assert_array_equal(chart.multiplier, lobex.sweep(RUB, SPEED, GAIN, METHOD).multiplier)
 
 
+@pytest.mark.slow
 def test_warnings_of_threads_are_said_once_and_the_others_are_left():
     def at_most_one(a, t, speed, gain):
         return jnp.where(a > 1, jnp.nan, gain)

@@ -33,6 +33,7 @@ def test_the_limit_is_that_of_the_verbs():
     np.testing.assert_array_equal(limit_of(TURNING).gain, turning.gain)
 
 
+@pytest.mark.slow
 def test_process_damping_of_turning_is_searched_for():
     damped = replace(TURNING, numbers=TurningNumbers(damping_coefficient=3e4))
     assert in_closed_form(TURNING)
@@ -53,9 +54,8 @@ def slopes(kind):
     return state, SLOPES[kind]
 
 
-@pytest.mark.parametrize(
-    ("kind", "name", "share"), [("rub", "area", 1.3), pytest.param("turning", "radial", 2.0, marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "name", "share"), [("rub", "area", 1.3), ("turning", "radial", 2.0)])
 def test_a_prediction_of_what_only_scales_is_exact(kind, name, share):
     # K is proportional to the cross-section, and the depth of cut to 1/K_r.
     state, found = slopes(kind)

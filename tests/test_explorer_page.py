@@ -90,6 +90,7 @@ def test_what_is_refused_is_said_and_changes_nothing(turning):
     turning.controls.sliders["radial"].value = before.numbers.radial / 1e6
 
 
+@pytest.mark.slow
 def test_a_band_is_that_of_the_limit(turning):
     turning.change(lambda state: replace(state, deviation=(("damping_ratio", 0.1),)))
     assert turning.settle()
@@ -101,6 +102,7 @@ def test_a_band_is_that_of_the_limit(turning):
     assert not turning.figures.keys["band"].visible
 
 
+@pytest.mark.slow
 def test_a_click_marches(turning):
     turning.change(lambda state: replace(state, point=Point(120.0, 1e-5)))
     assert turning.settle()

@@ -82,6 +82,7 @@ def test_the_residues_have_both_signs():
     assert (MODES.shape * MODES.loading).ravel() == pytest.approx([0.7094, -0.2868], abs=5e-5)
 
 
+@pytest.mark.slow
 def test_the_closed_form_gives_the_published_depth():
     limit = lobex.exact_limit(TURNING, [SPEED])
     assert limit.gain * 2e9 == pytest.approx([lowest_limit(MODES, SPEED)], rel=1e-10)
@@ -91,7 +92,9 @@ def test_the_closed_form_gives_the_published_depth():
     assert roots_beyond(MODES, 1.01 * limit.gain[0] * 2e9, SPEED, 0.0) == 2
 
 
-@pytest.mark.parametrize("method", [lobex.Auto(), lobex.Duhamel()], ids=["axis", "operator"])
+@pytest.mark.parametrize(
+    "method", [lobex.Auto(), pytest.param(lobex.Duhamel(), marks=pytest.mark.slow)], ids=["axis", "operator"]
+)
 def test_the_search_gives_the_published_depth(method):
     searched = lobex.critical_gain(TURNING, [SPEED], (1e-4, 3e-3), method)
     assert searched.gain == pytest.approx(lobex.exact_limit(TURNING, [SPEED]).gain, rel=1e-9)
@@ -112,6 +115,7 @@ def test_the_map_the_operator_and_the_march_agree_with_the_roots():
     assert march.growth == pytest.approx(radius, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_sensitivities_tell_force_and_displacement_apart():
     table = lobex.sensitivities(TURNING, [SPEED])
     parts = {name: [table[f"modes.{name}[{i},0]"][0] for i in (0, 1)] for name in ("shape", "force_shape")}

@@ -324,6 +324,7 @@ def test_arrays_that_do_not_say_what_they_are_are_refused(tmp_path):
         lobex.read_frf(path)
 
 
+@pytest.mark.slow
 def test_small_files_that_say_they_are_large_are_not_unpacked(tmp_path, file):
     head = io.BytesIO()
     np.lib.format.write_array_header_1_0(head, {"descr": "<f8", "fortran_order": False, "shape": (10**13,)})

@@ -122,14 +122,14 @@ SAME = {
 }
 
 
-@pytest.mark.parametrize("name", SAME)
+@pytest.mark.parametrize("name", ["rub", "mathieu", pytest.param("milling in the plane", marks=pytest.mark.slow)])
 def test_an_equation_written_by_hand_is_the_process_that_it_is(name):
     process, own, speed, gain = SAME[name]
     values, wanted = (lobex.multipliers(one, speed, gain, SIXTEEN)[:4] for one in (own, process))
     assert values == pytest.approx(wanted, rel=1e-10, abs=1e-10 * abs(wanted[0]))
 
 
-@pytest.mark.parametrize(("start", "stop"), [(0.0, 0.25), (0.25, 0.5), (0.5, 1.0)])
+@pytest.mark.parametrize(("start", "stop"), [pytest.param(0.0, 0.25, marks=pytest.mark.slow), (0.25, 0.5), (0.5, 1.0)])
 def test_the_force_of_a_tooth_is_that_of_milling_between_its_jumps(start, stop):
     phase = np.linspace(start, stop, 11)
     with jax.enable_x64(True):
@@ -159,6 +159,7 @@ def held_at_the_tip(stiffness, contact, t, speed, gain):
     return stiffness + gain * contact
 
 
+@pytest.mark.slow
 def test_what_does_not_follow_the_time_is_constant_and_goes_to_the_roots():
     process, own, _, _ = SAME["rub"]
     speeds = [85.0, 112.0]

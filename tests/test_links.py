@@ -49,12 +49,13 @@ def largest(process):
     return np.sort(np.abs(values))[::-1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("pitch", "immersion"),
     [
         ([70, 110, 70, 110], 0.5),
-        pytest.param([100, 120, 140], 0.3, marks=pytest.mark.slow),
-        pytest.param([80, 95, 85, 100], 0.5, marks=pytest.mark.slow),
+        ([100, 120, 140], 0.3),
+        ([80, 95, 85, 100], 0.5),
     ],
 )
 def test_node_to_node_is_what_is_looked_up_between_the_nodes(pitch, immersion):
@@ -189,6 +190,7 @@ def test_the_force_of_one_chip_is_force_per_chip_times_chip(parts, directions, a
     assert np.asarray(push) @ np.asarray(chip) == pytest.approx(whole, rel=1e-13, abs=1e-13 * np.max(np.abs(whole)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("immersion", [0.2, 0.5])
 def test_one_tooth_at_a_time_remembers_a_chip_a_node(immersion):
     """Half as much as the force in two directions, and the same multipliers."""

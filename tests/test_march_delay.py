@@ -59,6 +59,7 @@ def test_growth_of_the_lanes_converges_with_the_square_of_the_step():
     assert order_of(steps, np.abs(np.array(found) - exact)) == pytest.approx(2, abs=0.1)
 
 
+@pytest.mark.slow
 def test_modes_that_the_contact_can_feed_are_resolved_or_the_steps_refused():
     """The third mode chatters: with 16 to 64 steps, which resolve the first, the growth came out as 2.3."""
     modes = lobex.Modes(2 * np.pi * np.array([100.0, 800.0, 2300.0]), [0.02] * 3, [[0.3], [1.0], [1.0]])

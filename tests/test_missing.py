@@ -82,6 +82,7 @@ def test_what_does_not_exist_has_no_derivative_and_hides_none(name):
         assert found == pytest.approx(difference[exists][0], rel=1e-6, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_a_mark_passes_through_every_transformation():
     there, x = np.array([True, False, True]), np.array([1.0, 2.0, 3.0])
     with jax.enable_x64(True):

@@ -116,6 +116,7 @@ def uneven(*degrees):
     return lobex.Cutter.end_mill(0.02, pitch_degrees=degrees)
 
 
+@pytest.mark.slow
 def test_pitches_that_grow_alike_have_the_limits_of_even_ones():
     """Teeth at 90 degrees, each with a delay of its own and by the harmonics of a revolution, and as one."""
     speed, small, large = np.array([150.0]), 1e-4, 2e-4
@@ -155,6 +156,7 @@ def test_limits_of_uneven_teeth_are_where_the_operator_has_its_multiplier_on_the
     assert at == pytest.approx([1.0], abs=1e-8)
 
 
+@pytest.mark.slow
 def test_measured_receptances_have_the_limits_of_the_modes_with_uneven_teeth():
     frf, speed = sampled(0.0), [5000 / 60]
     direct, modal = (

@@ -93,6 +93,7 @@ def test_the_motion_about_it_dies_out_as_multipliers_say_which_know_nothing_of_t
     assert found.spectral_radius == pytest.approx(chart.spectral_radius[0, [1, 0, 2]], rel=1e-8)
 
 
+@pytest.mark.slow
 def test_a_march_comes_to_the_orbit_with_the_square_of_the_step(found):
     apart, fitted = [], []
     for steps in (120, 240):
@@ -107,6 +108,7 @@ def test_a_march_comes_to_the_orbit_with_the_square_of_the_step(found):
     assert fitted[1] == pytest.approx(found.spectral_radius, rel=2e-5)
 
 
+@pytest.mark.slow
 def test_a_march_that_has_come_to_its_orbit_or_hardly_begun_has_no_growth():
     for periods in (1, 2, 150):
         march = lobex.march_delay(oscillator(), 1.0, 0.4, lambda t: 0 * t, periods, 120, state=np.zeros(2))

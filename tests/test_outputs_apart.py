@@ -122,6 +122,7 @@ def test_random_feedback_of_displacement_and_velocity(seed):
         assert roots_beyond(function, z.real - 1e-7 * (1 + abs(z))) > 0
 
 
+@pytest.mark.slow
 def test_a_chart_proven_by_strips_is_the_points_taken_alone():
     process = turning("two")
     speeds, depths = np.linspace(400, 6000, 96) / 60, np.linspace(1e-5, 2e-3, 96)
@@ -221,6 +222,7 @@ def times(matrices, t, speed, gain):
     return gain * matrices
 
 
+@pytest.mark.slow
 def test_forces_in_one_direction_of_the_state_are_one():
     # In other coordinates, without inputs and outputs: matrices of rank one.
     omega, ratio, mass = np.array([900.0, 1500.0]), np.array([0.03, 0.02]), np.array([1.0, 2.0])

@@ -94,6 +94,7 @@ def test_a_study_looks_at_all_of_its_speeds_together_and_at_every_model():
     assert "the first of 2 such warnings" in str(warning.message)
 
 
+@pytest.mark.slow
 def test_under_tracing_nothing_is_looked_at():
     with jax.enable_x64(True):
         jitted = jax.jit(lambda speed: lobex.spectral_radius(TURN, speed, 1e-4, METHOD))

@@ -47,6 +47,7 @@ def test_growth_of_a_march_is_the_multiplier(marched, structure, delayed):
     assert np.max(np.abs(march.energy_error)) < 1e-6
 
 
+@pytest.mark.slow
 def test_contacts_have_laws_of_several_kinds():
     """What is linear by another name is marched as linear, each contact on its own profile."""
     casings = [BUMPS, lobex.Casing(3, amplitude=3e-5)]

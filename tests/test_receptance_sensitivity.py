@@ -47,7 +47,7 @@ CASES = {
 }
 
 
-_CHEAP = {"mean force of uneven teeth", "harmonics of uneven teeth", "a flip"}
+_CHEAP = {"mean force of uneven teeth"}
 
 
 @pytest.mark.parametrize(
@@ -148,6 +148,7 @@ def test_samples_of_a_measurement_have_the_sensitivities_of_its_modes(measured):
             assert found == pytest.approx(known[f"modes.{name}{place}"][0], rel=2e-2, abs=2e-3)
 
 
+@pytest.mark.slow
 def test_scaling_laws_of_a_measurement(measured):
     for table, _ in measured:
         logarithmic = table.logarithmic[0]

@@ -170,6 +170,7 @@ def changed(beam_of, numbers, index, step):
     return [beam_of(*(v * (1 + sign * step * (i == index)) for i, v in enumerate(numbers))) for sign in (1, -1)]
 
 
+@pytest.mark.slow
 def test_derivatives_by_thickness_twist_and_speed_are_those_of_differences():
     def seen(thickness, twist, speed):
         made = blade(1, thickness=lambda share: thickness * (1 - share / 3), twist_degrees=[0.0, twist])

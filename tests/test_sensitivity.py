@@ -202,6 +202,7 @@ def test_milling_against_separate_searches():
     assert table["modes.shape[0,0]"] == pytest.approx(-2, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_full_immersion_against_one_sided_differences_of_separate_searches():
     # 1 − a goes with the square of the angle: one-sided differences miss by c √h, and by n/√h with the error of the
     # nodes, and three of them tell both apart.

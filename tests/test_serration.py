@@ -63,6 +63,7 @@ def _means(process, depth):
     return [term.coefficient.mean(start, start + 1 / STEPS) for term in process.system(SPEED, depth).feedback]
 
 
+@pytest.mark.slow
 def test_mean_forces_on_what_every_tooth_left_are_those_of_brute_force():
     process = serrated(RANDOM, 3, 30.0, runout=RUNOUT)
     with jax.enable_x64(True):
@@ -86,7 +87,7 @@ def _extrapolated(tool):
     return fine + (fine - coarse) / 3
 
 
-@pytest.mark.parametrize("helix", [None, 30.0])
+@pytest.mark.parametrize("helix", [None, pytest.param(30.0, marks=pytest.mark.slow)])
 def test_teeth_of_which_each_stands_back_where_others_cut_are_one_tooth(helix):
     # Of opposite waves far higher than the feed each tooth cuts half of the heights, alone: of whole waves as one tooth
     # would that cuts all of them, but for where the two cross, a share of feed over amplitude.

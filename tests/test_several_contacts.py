@@ -47,6 +47,7 @@ def test_no_crossing_is_missed(seed, contacts, friction):
     assert set(limit.status) == {"found"}
 
 
+@pytest.mark.slow
 def test_the_monodromy_operator_is_at_the_limit_there_and_stable_below():
     process = lobex.Rub(TWO)
     limit = lobex.exact_limit(process, SPEEDS)
@@ -69,6 +70,7 @@ def test_a_symmetric_structure_is_two_of_one_contact():
     assert len(set(np.argmin(parts, axis=0))) == 2
 
 
+@pytest.mark.slow
 def test_sharp_resonances_keep_their_digits():
     # Where two contacts have nothing in common, the limit is that of one: near 1e-7 of a frequency from its resonance.
     x, y = (lobex.Modes([own, 1.7 * own], [1e-7, 2e-7], [[1.0], [0.7]]) for own in (900.0, 1000.0))

@@ -108,6 +108,7 @@ def share_of_a_turn(share, t, speed, gain):
     return share / speed
 
 
+@pytest.mark.slow
 def test_delays_that_follow_the_speed_agree_with_an_operator():
     row = np.array([[1.0, 0.0]])
     process = modal(

@@ -299,6 +299,7 @@ def kept(tmp_path, monkeypatch):
     return lambda: sorted((tmp_path / "lobex").rglob("*-cache"))
 
 
+@pytest.mark.slow
 def test_programs_are_kept_for_the_next_run_which_finds_them_in_silence(kept):
     number, hits = compute()
     files = kept()

@@ -141,6 +141,7 @@ def test_the_campbell_diagram_marks_the_critical_speeds():
     assert len(axes.get_legend().get_texts()) == 4
 
 
+@pytest.mark.slow
 def test_critical_speeds_of_modes_that_stiffen_lie_on_their_own_frequencies():
     # f² = f₀² + B s²: order k meets it at s = f₀/√(k² − B), and no order below √B does.
     still, stiffening = np.array([200.0, 500.0]), np.array([1.6, 6.5])

@@ -163,6 +163,7 @@ def test_equal_blades_have_an_exact_limit_by_the_waves_that_they_move_in(kind):
     assert np.all(np.abs(limit.gain[:3] / apart - 1) > 1e-3)
 
 
+@pytest.mark.slow
 def test_one_blade_of_a_stage_is_a_blade():
     one = lobex.exact_limit(lobex.Rub(PLAIN, casing=RING), SPEEDS)
     same = lobex.exact_limit(lobex.Rub(lobex.Blading(PLAIN, 1), casing=RING), SPEEDS)
@@ -183,6 +184,7 @@ def test_a_stiff_casing_is_a_rigid_one_to_the_first_order():
     assert still == pytest.approx(lobex.spectral_radius(lobex.Rub(mistuned), SPEED, 2e5), rel=1e-8)
 
 
+@pytest.mark.slow
 def test_a_stage_in_a_casing_looks_the_same_from_every_blade():
     """Blade j in the place of blade j + 1, which a casing of whole waves does not tell from it."""
     blading = KINDS["mistuned, uneven"]

@@ -156,6 +156,7 @@ def turned_march(blading, casing, steps, pitches):
     }
 
 
+@pytest.mark.slow
 def test_a_stage_turned_by_one_pitch_wears_the_casing_turned():
     """Up to the square of the step: what a wave is told as goes by where the first blade stands."""
     blading, ring = KINDS["coupled on a ring"]

@@ -391,6 +391,7 @@ def test_a_made_up_manifest_is_refused(changes, folder):
         Study.open(folder)
 
 
+@pytest.mark.slow
 def test_a_store_goes_to_zarr_chunk_by_chunk_with_checksums(finished, tmp_path, shell):
     zarr = pytest.importorskip("zarr")
     done = shell("store", "export", str(finished), "--to", "zarr", "--out", "s.zarr")

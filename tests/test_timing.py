@@ -59,6 +59,7 @@ def test_watches_see_their_own_threads_and_no_others():
         assert other.result().compiling > 0
 
 
+@pytest.mark.slow
 def test_results_say_compiling_and_computing_apart():
     # Of as many modes as no other test has, so that nothing is compiled before.
     blade = lobex.Rub(lobex.Rod(14).modes(0.03))

@@ -45,9 +45,12 @@ PLAIN = {
     "sensitivities": (rub, lambda model: lobex.sensitivities(model, [90.0, 100.0]).logarithmic),
     "march": (mill, lambda model: lobex.march_delay(model, 100.0, 1e-3, kick, 2, 200).multiplier),
 }
+LONG = ("sweep of milling", "limit of milling", "sensitivities")
 
 
-@pytest.mark.parametrize("verb", PLAIN)
+@pytest.mark.parametrize(
+    "verb", [pytest.param(verb, marks=pytest.mark.slow) if verb in LONG else verb for verb in PLAIN]
+)
 def test_models_of_jax_arrays_are_those_of_numpy_inside_and_outside_of_jit(verb):
     make, call = PLAIN[verb]
     expected, model = call(make(np)), make(jnp)
@@ -62,9 +65,8 @@ def test_models_of_jax_arrays_are_those_of_numpy_inside_and_outside_of_jit(verb)
         np.testing.assert_array_equal(result, expected)
 
 
-@pytest.mark.parametrize(
-    ("make", "gain", "bounds"), [(rub, 1e5, BOUNDS), pytest.param(mill, 1e-3, (0.0, 2e-2), marks=pytest.mark.slow)]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("make", "gain", "bounds"), [(rub, 1e5, BOUNDS), (mill, 1e-3, (0.0, 2e-2))])
 def test_a_speed_is_traced_with_a_model_of_float32_arrays_closed_over(make, gain, bounds):
     process = make(jnp)
     assert process.modes.angular_frequency.dtype == jnp.float32
@@ -98,6 +100,7 @@ def slope():
     return (8 * (near[2] - near[1]) - (near[3] - near[0])) / (12 * 210e7 * 1e-3)
 
 
+@pytest.mark.slow
 def test_the_gradient_of_the_critical_gain_through_a_rod_as_jax_comes(slope):
     assert not jax.config.jax_enable_x64
     assert float(jax.grad(stiffness)(210e7)) == pytest.approx(slope, rel=1e-3)
@@ -143,6 +146,7 @@ def vars_of(limit):
     return limit.gain, limit.chatter_frequency, limit.kind_code, limit.status_code
 
 
+@pytest.mark.slow
 def test_where_there_is_no_limit_the_derivative_is_no_number():
     with jax.enable_x64(True):
         value, slope = jax.jit(jax.value_and_grad(lambda s: lobex.critical_gain(ROD, s, (1e4, 2e4)).gain[0]))(85.0)
