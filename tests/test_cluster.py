@@ -27,8 +27,8 @@ METHOD = lobex.Chebyshev(16)
 
 @pytest.fixture(scope="module")
 def cluster():
-    # Workers are spawned, which is dask's default, and one that dies is started anew.
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as made:
+    # Workers are spawned, which is dask's default, and one that dies is started anew. The port is any that is free.
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=":0") as made:
         yield made
 
 
@@ -80,6 +80,7 @@ def test_workers_make_what_this_process_makes_and_their_tasks_say_what_they_are(
     assert {dask.utils.key_split(task["key"]) for task in stream.data} == {"sweep-chunk"}
 
 
+@pytest.mark.slow
 def test_xla_is_told_the_threads_of_a_worker(client):
     assert set(client.run(xla_threads).values()) == {1}
 

@@ -102,7 +102,6 @@ def test_a_band_is_that_of_the_limit(turning):
     assert not turning.figures.keys["band"].visible
 
 
-@pytest.mark.slow
 def test_a_click_marches(turning):
     turning.change(lambda state: replace(state, point=Point(120.0, 1e-5)))
     assert turning.settle()
@@ -153,6 +152,9 @@ def test_a_report_holds_all_that_it_shows(turning):
                 fetched.append(tag)
             fetched.extend(value for name, value in attrs if name in ("src", "href", "data") and "#" not in value)
 
+    # The motion at a point is the third picture.
+    turning.change(lambda state: replace(state, point=Point(120.0, 1e-5)))
+    assert turning.settle()
     text = turning.sheets.taken["html"]().decode()
     Reader().feed(text)
     assert fetched == []
