@@ -150,3 +150,13 @@ def test_lobe_numbers_keep_off_the_axis_the_band_and_each_other(speeds, uncertai
         inside = axes.transData.inverted().transform(box)
         there = (limit.speed >= inside[0, 0]) & (limit.speed <= inside[1, 0])
         assert np.all(low[there] > inside[1, 1]) or np.all(high[there] < inside[0, 1])
+
+
+def test_modes_of_a_casing_are_told_from_those_of_the_blade():
+    blade = lobex.Modes.from_table([300.0, 700.0, 1500.0], 0.01, mass=[0.2, 0.3, 0.3])
+    ring = lobex.Ring([2, 3], [150.0, 250.0], 0.01, [3.0, 3.0])
+    speed = np.linspace(60, 300, 100)
+    for casing, names in ((None, {"mode 1", "mode 2"}), (ring, {"mode 1", "mode 2", "casing mode 1", "casing mode 3"})):
+        axes = lobex.exact_limit(lobex.Rub(blade, casing=casing), speed).plot().axes[0]
+        told = {text.get_text() for text in axes.get_legend().get_texts()}
+        assert {name for name in told if "mode" in name} == names

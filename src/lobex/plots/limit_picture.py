@@ -1,6 +1,7 @@
 """The stability limit as a picture: critical gain above, chatter frequency below, on one speed axis."""
 
 import itertools
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, cast
 
 import matplotlib.pyplot as plt
@@ -126,16 +127,25 @@ def groups(limit: "Limit", order: np.ndarray) -> list[tuple[np.ndarray, dict[str
     """
     kinds = np.asarray(limit.kind_code)[order]
     found = [(kinds == kind, _style(kind, kinds == kind), name) for kind, name in NAME.items() if np.any(kinds == kind)]
-    for name, codes, none in (("nodal diameter {}", limit.nodal_diameter, -1), ("mode {}", limit.mode, 0)):
+    for name, codes, none in (("nodal diameter {}".format, limit.nodal_diameter, -1), (_mode_of(limit), limit.mode, 0)):
         labels = np.asarray(codes)[order]
         values = np.unique(labels[labels > none])
         if len(found) == 1 and 1 < len(values) <= len(LABELLED):
             style = found[0][1]
             return [
-                (labels == value, {**style, "color": colour}, name.format(value))
+                (labels == value, {**style, "color": colour}, name(value))
                 for value, colour in zip(values, LABELLED, strict=False)
             ]
     return found
+
+
+def _mode_of(limit: "Limit") -> Callable[[int], str]:
+    """The name of a mode by its number: those of a casing come after those of the blade, and are counted anew."""
+    structure = limit.process.get("modes") or {}
+    own = np.shape(structure.get("blade", structure).get("angular_frequency", ()))[-1:]
+    if not limit.process.get("casing") or not own:
+        return "mode {}".format
+    return lambda number: f"mode {number}" if number <= own[0] else f"casing mode {number - own[0]}"
 
 
 def _style(kind: Kind, here: np.ndarray) -> dict[str, Any]:
