@@ -10,6 +10,7 @@ SPEEDS = np.linspace(40.0, 260.0, 45)
 TWO = lobex.Modes.from_table([310.0, 720.0], 0.01, mass=[0.1, 0.02])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("others", [{}, {"coupling": 40.0}])
 def test_waves_around_a_disc_are_those_whose_characteristic_equation_holds(others):
     stage = lobex.Rub(lobex.Blading(TWO, 7, **others))

@@ -41,7 +41,8 @@ def multiplier(gain, powers):
     return np.exp(max(roots, key=lambda one: one.real) * SHARE)
 
 
-@pytest.mark.parametrize("powers", [(1.0, 0.0), pytest.param((0.2, 1.5), marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("powers", [(1.0, 0.0), (0.2, 1.5)])
 def test_multipliers_are_those_of_the_characteristic_equation(powers):
     chart = lobex.sweep(process(powers), [1.0], GAINS, TWELVE)
     wanted = np.array([multiplier(gain, powers) for gain in GAINS])

@@ -90,7 +90,8 @@ def test_gradient_through_an_immersion_that_is_only_known_when_traced():
             assert float(slope) * 0.3 == pytest.approx(difference, rel=1e-6)
 
 
-@pytest.mark.parametrize("directions", [pytest.param(1, marks=pytest.mark.slow), 2])
+@pytest.mark.slow
+@pytest.mark.parametrize("directions", [1, 2])
 def test_gradient_where_whole_pitches_are_in_the_cut(directions):
     # Four teeth at half immersion: one leaves as the next enters, and a little more or less has two pieces.
     process, method = milling({**MULTIPLIER_TOOLS["Insperger-Stepan"], "teeth": 4}, 0.5, "up", directions), FEW

@@ -212,9 +212,10 @@ def test_no_limit_has_no_rate():
             lambda: lobex.critical_gain(lobex.Rub(ROD), [85.0], (4.5e4, 4.5e6)).growth(),
             "whose root is no function of one response; give lobex.spectral_radius",
         ),
-        (
+        pytest.param(
             lambda: lobex.exact_limit(lobex.Rub(lobex.Blading(FLAT, 3)), [85.0]).growth(),
             "limit of Rub is not of one frequency response",
+            marks=pytest.mark.slow,
         ),
         (lambda: lobex.exact_limit(lobex.Rub(ROD), [85.0]).growth().at(-1.0), "excess = -1 leaves no gain"),
     ],

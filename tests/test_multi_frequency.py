@@ -37,7 +37,9 @@ def dominant(case, speed, depth):
     return multipliers(cutter, speed, depth)[0]
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(
+    "case", [pytest.param(case, marks=pytest.mark.slow if case == "small immersion" else ()) for case in CASES]
+)
 def test_all_harmonics_are_on_the_boundary_of_an_independent_code(case):
     *numbers, rpm = CASES[case]
     top = float(np.max(numbers[0].frequency))

@@ -41,7 +41,7 @@ def turning(name):
     )
 
 
-@pytest.mark.parametrize("name", ["one", "two"])
+@pytest.mark.parametrize("name", ["one", pytest.param("two", marks=pytest.mark.slow)])
 def test_turning_with_process_damping(name):
     process, cases = turning(name), [case for case in KNOWN["turning"] if case["machine"] == name]
     speeds = [case["rpm"] / 60 for case in cases]

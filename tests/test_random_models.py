@@ -73,7 +73,8 @@ def check_point(function, chart, i, j):
 
 
 @pytest.mark.parametrize(
-    "first", [first if first < 20 else pytest.param(first, marks=pytest.mark.search) for first in range(0, 200, 20)]
+    "first",
+    [pytest.param(first, marks=pytest.mark.search if first else pytest.mark.slow) for first in range(0, 200, 20)],
 )
 def test_random_models(first):
     for seed in range(first, first + 20):

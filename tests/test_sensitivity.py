@@ -142,6 +142,7 @@ def test_samples_of_a_measurement_have_the_sensitivities_of_its_modes(measured, 
         assert found == pytest.approx(rod[name], rel=1e-4, abs=1e-5)
 
 
+@pytest.mark.slow
 def test_scaling_laws_of_a_measurement(measured):
     table = measured.logarithmic
     by = {stem: [i for i, name in enumerate(measured.names) if stem in name] for stem in ("response", "frequency")}

@@ -61,6 +61,7 @@ def model(seed):
     return process, gains, delay, lambda gain: Several(omega, ratio, mass, delay, gain, now, then, lags)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(12))
 def test_no_root_is_missed(seed):
     process, gains, delay, function = model(seed)

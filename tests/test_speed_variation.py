@@ -101,7 +101,9 @@ CUTTERS = {
 }
 
 
-@pytest.mark.parametrize("kind", CUTTERS)
+@pytest.mark.parametrize(
+    "kind", [*(pytest.param(k, marks=pytest.mark.slow) for k in list(CUTTERS)[:2]), *list(CUTTERS)[2:]]
+)
 def test_forces_and_delays_are_those_of_the_angle(kind):
     cutter = CUTTERS[kind]
     numbers = (TOOL, cutter, TANGENTIAL, NORMAL, 0.5)
