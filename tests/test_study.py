@@ -16,6 +16,7 @@ from lobex import _memory as memory
 from lobex.studies import charts, plan, store
 from lobex.studies.plan import Plan, plan_of
 from lobex.studies.study import Study
+from lobex.studies.variation import Variation
 from refusals import refused
 
 METHOD = lobex.Chebyshev(16)
@@ -94,6 +95,14 @@ def test_what_a_process_derives_from_a_number_follows_that_number():
         process = lobex.Milling(tool, radial_immersion=immersion, **parts)
         alone = lobex.spectral_radius(process, np.array([[40.0], [50.0]]), [1e-4, 1e-3], METHOD)
         assert study.chart({"radial_immersion": immersion}).spectral_radius == pytest.approx(alone, rel=1e-9)
+
+
+def test_a_number_is_found_behind_complex_ones_and_within_them():
+    model = {"one": {"before": np.array([1 + 2j, 3 + 4j]), "last": np.array([5.0, 6.0])}}
+    axes = {"one.last[1]": np.array([6.0, 7.0]), "one.before[1].imag": np.array([4.0, 8.0])}
+    varied = Variation(model, axes).at(3)["one"]
+    assert varied["before"].tolist() == [1 + 2j, 3 + 8j]
+    assert varied["last"].tolist() == [5, 7]
 
 
 def test_wear_maps_over_casing_and_law(wear):

@@ -2,13 +2,14 @@
 
 import dataclasses
 from collections.abc import Callable, Mapping
+from itertools import combinations
 from typing import Any
 
 import jax
 import numpy as np
 
 from lobex import _checks
-from lobex.limits.parameters import number_names
+from lobex.limits.parameters import number_names, number_values
 from lobex.results.chart import Chart
 from lobex.results.description import describe
 from lobex.results.fields import names_of
@@ -63,43 +64,44 @@ class Variation:
 
     def __init__(self, model: Any, axes: Axes) -> None:
         _checks.untraced("a study", model=model)
-        self.axes = axes
-        whole = model if isinstance(model, dict) else {"": model}
+        self.axes, self.single = axes, not isinstance(model, dict)
+        whole = {"": model} if self.single else model
         self.functions: dict[str, Callable[[Any], Any]] = {k: v for k, v in whole.items() if _is_function(v)}
         self.objects = {k: v for k, v in whole.items() if k not in self.functions}
-        self.single = not isinstance(model, dict)
-        self.places = {name: self._places(name) for name in axes}
-        free = [name for name, places in self.places.items() if not places]
+        names = [name.removeprefix(".") for name in number_names(self.objects)]
+        self.places = {axis: self._places(axis, names) for axis in axes}
+        free = [axis for axis, places in self.places.items() if not places]
         if free and not self.functions:
             stem, bracket, _ = free[0].partition("[")
-            own = [name for name in self._names() if name.startswith(f"{stem}[")]
+            own = [name for name in names if name.startswith(f"{stem}[")]
             if bracket and own:
                 raise ValueError(f"over names {free[0]!r}, which the model has not; {stem} has {own[0]} to {own[-1]}")
-            known = dict.fromkeys(name.split("[")[0] for name in self._names())
+            known = dict.fromkeys(name.split("[")[0] for name in names)
             raise ValueError(f"over names {free[0]!r}, no number of the model; it has {', '.join(known)}")
         if self.functions and not free:
             name = next(iter(self.functions)) or "process"
             raise ValueError(f"{name} is a function; name its numbers in over")
-        self._check_apart()
-        for combination in self._ends():
+        for one, other in combinations(axes, 2):
+            if not set(self.places[one]).isdisjoint(self.places[other]):
+                raise ValueError(f"over names {one!r} and {other!r}, which are the same number; drop one")
+        for combination in [0, *(number for along in self._along().values() for number in along[1:])]:
             self.at(combination)
 
     def at(self, combination: int) -> Any:
         """The model at a combination, its checks passed."""
         numbers = numbers_at(self.axes, combination)
-        parts = dict(self.objects)
-        leaves, tree = jax.tree.flatten(parts)
+        leaves, tree = jax.tree.flatten(self.objects)
+        changed = {place: value for name, value in numbers.items() for place in self.places[name]}
+        for leaf in {leaf for leaf, _ in changed}:
+            leaves[leaf] = np.array(leaves[leaf], dtype=np.result_type(leaves[leaf], np.float64), order="C")
+        for (leaf, number), value in changed.items():
+            # A complex number is two.
+            leaves[leaf].reshape(-1).view(np.float64)[number] = value
+        parts = jax.tree.unflatten(tree, leaves) if changed else self.objects
         free = {name: np.float64(value) for name, value in numbers.items() if not self.places[name]}
-        changed = False
-        for name, value in numbers.items():
-            for leaf, chosen in self.places[name]:
-                array = np.array(leaves[leaf], dtype=np.float64)
-                array.flat[chosen] = value
-                leaves[leaf], changed = array, True
         try:
             with jax.enable_x64(True):
-                if changed:
-                    parts = {name: _made_anew(part) for name, part in jax.tree.unflatten(tree, leaves).items()}
+                parts = {name: _made_anew(part) if changed else part for name, part in parts.items()}
                 parts |= {name: make(dict(free)) for name, make in self.functions.items()}
         except ValueError as error:
             raise ValueError(f"{error}; at {in_words(numbers)}") from None
@@ -107,46 +109,24 @@ class Variation:
 
     def describe(self) -> dict[str, Any]:
         """The model at the first value of all axes, and at the last of each."""
-        described = {}
-        for where, combination in zip(("first", *self.axes), self._corners(), strict=True):
-            model = self.at(combination)
-            described[where] = describe(model) if self.single else {k: describe(v) for k, v in model.items()}
-        return described
+        where = {"first": 0, **{name: along[-1] for name, along in self._along().items()}}
+        models = {name: self.at(combination) for name, combination in where.items()}
+        if self.single:
+            return {name: describe(model) for name, model in models.items()}
+        return {name: {k: describe(v) for k, v in model.items()} for name, model in models.items()}
 
-    def _corners(self) -> list[int]:
-        shape = shape_of(self.axes)
-        last = [tuple((n - 1) * (i == axis) for i, n in enumerate(shape)) for axis in range(len(shape))]
-        return [0, *(int(np.ravel_multi_index(index, shape)) for index in last)]
-
-    def _ends(self) -> list[int]:
-        """Every value of every axis once, with the first of the others."""
+    def _along(self) -> dict[str, range]:
+        """The combinations along every axis, with the first value of the others."""
         shape = shape_of(self.axes)
         strides = [int(np.prod(shape[axis + 1 :])) for axis in range(len(shape))]
-        return [0, *(i * stride for n, stride in zip(shape, strides, strict=True) for i in range(1, n))]
+        return {name: range(0, n * by, by) for name, n, by in zip(self.axes, shape, strides, strict=True)}
 
-    def _names(self) -> list[str]:
-        return [name.removeprefix(".") for name in number_names(self.objects)]
-
-    def _places(self, name: str) -> list[tuple[int, np.ndarray]]:
-        """The leaves that a name means, and which of their numbers."""
-        names = self._names()
-        places, begin = [], 0
-        for leaf, value in enumerate(jax.tree.leaves(self.objects)):
-            own = names[begin : begin + np.size(value)]
-            begin += np.size(value)
-            chosen = np.flatnonzero([n == name or n.startswith(f"{name}[") for n in own])
-            if len(chosen):
-                places.append((leaf, chosen))
-        return places
-
-    def _check_apart(self) -> None:
-        seen: dict[tuple[int, int], str] = {}
-        for name, places in self.places.items():
-            for leaf, chosen in places:
-                for number in chosen:
-                    other = seen.setdefault((leaf, int(number)), name)
-                    if other != name:
-                        raise ValueError(f"over names {other!r} and {name!r}, which are the same number; drop one")
+    def _places(self, axis: str, names: list[str]) -> list[tuple[int, int]]:
+        """The leaves and their numbers that the name of an axis means."""
+        sizes = [number_values(leaf).size for leaf in jax.tree.leaves(self.objects)]
+        places = [(leaf, number) for leaf, size in enumerate(sizes) for number in range(size)]
+        named = zip(places, names, strict=True)
+        return [place for place, name in named if name == axis or name.startswith(f"{axis}[")]
 
 
 def in_words(numbers: Mapping[str, float]) -> str:
