@@ -15,10 +15,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import lobex
-from lobex._warnings import warn
+from lobex._warnings import heard, warn
 from lobex.studies.engine import Engine, ended
 from lobex.studies.interruption import Interruption, postponed
-from lobex.studies.warned import heard
 from refusals import refused
 
 METHOD = lobex.Chebyshev(16)

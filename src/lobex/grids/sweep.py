@@ -1,6 +1,5 @@
 """The sweep: the dominant multiplier at every point of a (speed, gain) grid."""
 
-import warnings
 from typing import Any
 
 import numpy as np
@@ -9,7 +8,7 @@ from lobex import _checks
 from lobex._float64 import at_once, widened
 from lobex._memory import check_memory
 from lobex._timing import timed
-from lobex._warnings import SweepWarning
+from lobex._warnings import SweepWarning, warn
 from lobex.grids.choice import AUTO, AnyMethod, check_any_method, chosen_method, tolerance_of
 from lobex.grids.evaluation import dominant_over_grid
 from lobex.grids.resolution import oddities
@@ -59,24 +58,22 @@ def sweep(
         model = fine_enough(tabled(process, speeds), speeds, gains, tolerance_of(method))
         chosen = chosen_method(method, model, float(speeds[0]))
         for message in oddities(model, chosen, float(speeds[0]), float(gains[-1])):
-            warnings.warn(message, SweepWarning, stacklevel=3)
+            warn(message, SweepWarning)
         found = dominant_over_grid(model, speeds, gains, chosen, progress)
     multiplier, tolerance = found.multiplier, tolerance_of(chosen)
     status = np.where(found.again, PointStatus.SETTLED_AGAIN, PointStatus.GOOD).astype(np.int8)
     status[found.error > tolerance] = PointStatus.ABOVE_TOLERANCE
     status[~np.isfinite(multiplier)] = PointStatus.FAILED
     if failed := int(np.sum(status == PointStatus.FAILED)):
-        warnings.warn(
+        warn(
             f"{failed} of {multiplier.size} points failed and are NaN; check the model at those speeds and gains",
             SweepWarning,
-            stacklevel=3,
         )
     if coarse := int(np.sum(status == PointStatus.ABOVE_TOLERANCE)):
-        warnings.warn(
+        warn(
             f"{coarse} of {multiplier.size} points have an estimated error above the tolerance {tolerance:g}; "
             "their error is in the chart",
             SweepWarning,
-            stacklevel=3,
         )
     return Chart(
         speed=speeds,

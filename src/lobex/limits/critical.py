@@ -1,6 +1,5 @@
 """The critical gain of any process: every change of stability is found, polished, and labelled."""
 
-import warnings
 from typing import Any
 
 import numpy as np
@@ -11,11 +10,11 @@ from lobex._float64 import at_once, widened
 from lobex._memory import check_memory
 from lobex._shapes import AnyArray
 from lobex._timing import Stopwatch, timed
+from lobex._warnings import SweepWarning, warn
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids.choice import AUTO, AnyMethod, check_any_method, chosen_method, operator_of, tolerance_of
 from lobex.grids.one_size import compile_longer
 from lobex.grids.resolution import oddities
-from lobex.grids.sweep import SweepWarning
 from lobex.limits.changes import Changes, polished
 from lobex.limits.changes_on_axis import changes_on_axis
 from lobex.limits.chattering_mode import labels_of_process
@@ -88,12 +87,12 @@ def critical_gain(
         model = fine_enough(tabled(process, speeds), speeds, gains, tolerance_of(method))
         chosen = chosen_method(method, model, slowest)
         for message in oddities(model, chosen, slowest, float(gains[-1])):
-            warnings.warn(message, SweepWarning, stacklevel=3)
+            warn(message, SweepWarning)
         parts, doubts = _search(model, speeds, gains, chosen, progress)
         _leave_undefined(model, speeds, parts)
         labels = labels_of_process(model, speeds, parts["gain"], parts["chatter_frequency"])
     if doubts:
-        warnings.warn(doubts, SweepWarning, stacklevel=3)
+        warn(doubts, SweepWarning)
     return _limit(process, speeds, gains, chosen, spent, **parts, **labels._asdict())
 
 

@@ -1,7 +1,6 @@
 """Running a study: its chunks, as they are sent to whoever computes them, until all are in memory or in a store."""
 
 import os
-import warnings
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Any
@@ -13,7 +12,7 @@ from tqdm import tqdm
 
 from lobex._memory import check_memory
 from lobex._timing import timed
-from lobex._warnings import LobexWarning, SweepWarning
+from lobex._warnings import LobexWarning, SweepWarning, Warned, heard, warn
 from lobex.results.saving import in_this_process
 from lobex.studies.assembly import assembled
 from lobex.studies.engine import Engine, ended, engine_of
@@ -24,10 +23,8 @@ from lobex.studies.store import Place, Store
 from lobex.studies.study import Study
 from lobex.studies.task import COPIES, AnyExecutor, Result, Task
 from lobex.studies.variation import in_words, numbers_at
-from lobex.studies.warned import Collected, Warned, heard
+from lobex.studies.warned import Collected
 
-# Frames between a user's call of a verb and what warns here.
-_STACK = 3
 # Chunks whose checksums are compared in one call.
 _COMPARED = 32
 
@@ -108,7 +105,7 @@ def run_study(
             work = _Work(task, shared.plan, engine, shared, progress)
             work.complete(shared)
             study = Study.open(store)
-        work.collected.say(work.plan.chunks, _STACK)
+        work.collected.say(work.plan.chunks)
         if further:
             return replace(study, seconds=spent.seconds, compiling=spent.compiling)
         check_memory(
@@ -172,11 +169,10 @@ class _Work:
         for number in damaged:
             store.remove(names.pop(number))
         if damaged:
-            warnings.warn(
+            warn(
                 f"{len(damaged)} of {self.plan.chunks} chunks of the store {str(store.folder)!r} were damaged and are "
                 f"computed again, the first chunk {damaged[0]}",
                 SweepWarning,
-                stacklevel=_STACK + 2,
             )
 
     def _stop(self, store: Store, interruption: Interruption) -> None:
