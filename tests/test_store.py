@@ -13,6 +13,7 @@ import sys
 from pathlib import Path
 
 import h5py
+import jax
 import numpy as np
 import pytest
 import xarray
@@ -183,6 +184,7 @@ def test_another_model_verb_or_version_is_refused(folder, monkeypatch):
 
 
 def test_a_model_that_cannot_be_told_is_refused(tmp_path):
+    @jax.tree_util.register_static
     class Method:
         def operator(self, system):
             return METHOD.operator(system)

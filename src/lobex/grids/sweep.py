@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from lobex import _checks
 from lobex._float64 import at_once, widened
@@ -39,18 +40,12 @@ def sweep(
     With ``plausible=False`` nothing is said of implausible numbers, nor of none at all: a study looks at all of them
     itself.
     """
-    check_process(process)
-    check_any_method(method)
-    _checks.untraced("sweep", process=process, speed=speed, gain=gain)
-    speeds, gains = _checks.grid("speed", speed, "Hz"), _checks.grid("gain", gain, process.gain.unit)
-    check_speed(process, speeds)
-    check_gain(process, gains)
+    speeds, gains = checked(process, speed, gain, method, finite=plausible)
     check_memory(
         f"speed and gain make {len(speeds)} × {len(gains)} points",
         _BYTES * len(speeds) * len(gains),
         "give a coarser grid, or a store that takes it in parts: store=, in the shell --store DIR",
     )
-    check_system(process, speeds[[0, -1], None], gains[[0, -1]], finite=plausible)
     if plausible:
         warn_of_implausible(process, speeds, gains)
     with timed() as spent, at_once():
@@ -90,3 +85,17 @@ def sweep(
         seconds=spent.seconds,
         compiling=spent.compiling,
     )
+
+
+def checked(
+    process: Process, speed: Any, gain: Any, method: AnyMethod, *, finite: bool = True
+) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " m"]]:
+    """Speeds and gains of a sweep, once all arguments are what they should be; ``finite`` as in ``check_system``."""
+    check_process(process)
+    check_any_method(method)
+    _checks.untraced("sweep", process=process, speed=speed, gain=gain)
+    speeds, gains = _checks.grid("speed", speed, "Hz"), _checks.grid("gain", gain, process.gain.unit)
+    check_speed(process, speeds)
+    check_gain(process, gains)
+    check_system(process, speeds[[0, -1], None], gains[[0, -1]], finite=finite)
+    return speeds, gains

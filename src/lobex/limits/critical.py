@@ -55,6 +55,37 @@ def critical_gain(
     With ``plausible=False`` nothing is said of implausible numbers, nor of none at all: a study looks at all of them
     itself.
     """
+    speeds, gains = checked(process, speed, bounds, method, scan, finite=plausible)
+    if _checks.is_traced((process, speeds)):
+        return traced_critical_gain(process, speeds, gains, method)
+    if plausible:
+        warn_of_implausible(process, speeds, *bounds)
+    slowest = float(speeds.min())
+    check_memory(
+        f"speed and scan make {len(speeds)} × {len(gains)} samples",
+        _BYTES * len(speeds) * len(gains),
+        "give fewer of them",
+    )
+    with timed() as spent, at_once():
+        process = widened(process)
+        model = fine_enough(tabled(process, speeds), speeds, gains, tolerance_of(method))
+        chosen = chosen_method(method, model, slowest)
+        for message in oddities(model, chosen, slowest, float(gains[-1])):
+            warn(message, SweepWarning)
+        parts, doubts = _search(model, speeds, gains, chosen, progress)
+        _leave_undefined(model, speeds, parts)
+        labels = labels_of_process(model, speeds, parts["gain"], parts["chatter_frequency"])
+    if doubts:
+        warn(doubts, SweepWarning)
+    return _limit(process, speeds, gains, chosen, spent, **parts, **labels._asdict())
+
+
+def checked(
+    process: Process, speed: Any, bounds: tuple[Any, Any], method: AnyMethod, scan: int, *, finite: bool = True
+) -> tuple[Any, Float[np.ndarray, " scan"]]:
+    """Speeds, (n,) float64 unless JAX traces them, and gains of a scan, once all arguments are what they should be;
+    ``finite`` as ``check_system`` has it.
+    """
     check_process(process)
     check_any_method(method)
     if _checks.is_traced(bounds):
@@ -70,30 +101,10 @@ def critical_gain(
     if float(bounds[0]) >= float(bounds[1]):
         raise ValueError(f"bounds = {tuple(map(float, bounds))} must be increasing; give the lowest gain first")
     gains = np.linspace(float(bounds[0]), float(bounds[1]), scan)
-    if _checks.is_traced((process, speed)):
-        return traced_critical_gain(process, speed, gains, method)
-    speeds = np.atleast_1d(np.asarray(speed, dtype=np.float64))
-    check_system(process, speeds[:, None], bounds, finite=plausible)
-    if plausible:
-        warn_of_implausible(process, speeds, *bounds)
-    slowest = float(speeds.min())
-    check_memory(
-        f"speed and scan make {len(speeds)} × {scan} samples",
-        _BYTES * len(speeds) * scan,
-        "give fewer of them",
-    )
-    with timed() as spent, at_once():
-        process = widened(process)
-        model = fine_enough(tabled(process, speeds), speeds, gains, tolerance_of(method))
-        chosen = chosen_method(method, model, slowest)
-        for message in oddities(model, chosen, slowest, float(gains[-1])):
-            warn(message, SweepWarning)
-        parts, doubts = _search(model, speeds, gains, chosen, progress)
-        _leave_undefined(model, speeds, parts)
-        labels = labels_of_process(model, speeds, parts["gain"], parts["chatter_frequency"])
-    if doubts:
-        warn(doubts, SweepWarning)
-    return _limit(process, speeds, gains, chosen, spent, **parts, **labels._asdict())
+    if not _checks.is_traced((process, speed)):
+        speed = np.atleast_1d(np.asarray(speed, dtype=np.float64))
+        check_system(process, speed[:, None], bounds, finite=finite)
+    return speed, gains
 
 
 def _limit(

@@ -62,19 +62,17 @@ def march_wear(
 
     With ``plausible=False`` nothing is said of implausible numbers: a study looks at all of them itself.
     """
-    revolutions = _checks.integer("revolutions", revolutions, 1)
-    steps = _checks.integer("steps_per_revolution", steps_per_revolution, 16)
-    samples = _checks.integer("samples_per_revolution", samples_per_revolution, 16)
-    _checks.untraced("a march", modes=modes, casing=casing, law=law, speed=speed, incursion=incursion)
-    arranged = Arrangement.of(modes, casing, law, angles_degrees, tracks, watched)
-    speed = speeds_of(speed, revolutions)
-    lanes = (np.shape(speed) or (1,))[0]
+    turns = revolutions, steps_per_revolution, samples_per_revolution
+    arranged, speeds = checked(modes, casing, law, speed, turns, angles_degrees, tracks, watched)
+    (revolutions, steps, samples), lanes = map(int, turns), len(speeds)
     check_memory(
         f"{lanes} speeds, {revolutions} revolutions and {steps} steps",
         bytes_of_lane(arranged, revolutions, steps, samples) * lanes,
         "give fewer, or a store that takes the speeds in parts: store=, in the shell --store DIR",
     )
-    history = _checked_speeds(arranged, speed, revolutions, plausible)
+    if plausible:
+        warn_of_implausible(Rub(arranged.blades.blade), speeds)
+    history = np.ascontiguousarray(np.broadcast_to(speeds.reshape(lanes, -1), (lanes, revolutions)))
     closing = _closing(incursion, revolutions, float(arranged.casings[0].radius))
     factor = factor_for(steps, samples)
     with timed() as spent:
@@ -99,6 +97,31 @@ def march_wear(
     return result_of(record, arranged, profiles, places, factor, described, spent)
 
 
+def checked(
+    modes: Any,
+    casing: Any,
+    law: Any,
+    speed: Any,
+    turns: tuple[int, int, int],
+    angles_degrees: Any = None,
+    tracks: Any = None,
+    watched: int = 0,
+) -> tuple[Arrangement, Float[np.ndarray, "n ..."]]:
+    """What meets in a march, and its speeds, Hz, (n,) or (n, revolutions), once they are what they should be; ``turns``
+    are revolutions, and steps and samples of each.
+    """
+    least = {"revolutions": 1, "steps_per_revolution": 16, "samples_per_revolution": 16}
+    revolutions, *_ = (_checks.integer(name, turn, least[name]) for name, turn in zip(least, turns, strict=True))
+    _checks.untraced("a march", modes=modes, casing=casing, law=law, speed=speed)
+    arranged = Arrangement.of(modes, casing, law, angles_degrees, tracks, watched)
+    speed = speeds_of(speed, revolutions)
+    check_speed(Rub(arranged.blades.blade), speed)
+    speeds = np.asarray(speed, dtype=np.float64)
+    if speeds.ndim not in (1, 2) or speeds.size == 0 or (speeds.ndim == 2 and speeds.shape[1] != revolutions):
+        raise ValueError(f"speed has shape {speeds.shape}; give (n,) or (n, {revolutions}), one column per revolution")
+    return arranged, speeds
+
+
 def speeds_of(speed: Any, revolutions: int) -> Any:
     """The speeds of a march, Hz: what a function makes of the numbers 0, 1, … of all revolutions, one lane at least."""
     if not callable(speed):
@@ -119,6 +142,7 @@ def bytes_of_lane(arranged: Arrangement, revolutions: int, steps: int, samples: 
 
 
 def _closing(incursion: Any, revolutions: int, radius: float) -> float:
+    _checks.untraced("a march", incursion=incursion)
     _checks.as_numbers("incursion", incursion, "m per revolution")
     _checks.scalar("incursion", incursion)
     if abs(float(incursion)) * revolutions >= radius:
@@ -127,18 +151,6 @@ def _closing(incursion: Any, revolutions: int, radius: float) -> float:
             f"radius = {radius:.6g} m; check the units"
         )
     return float(incursion)
-
-
-def _checked_speeds(arranged: Arrangement, speed: Any, revolutions: int, plausible: bool) -> np.ndarray:
-    """The speed of every lane in every revolution, (n, revolutions), once all arguments are what they should be."""
-    process = Rub(arranged.blades.blade)
-    check_speed(process, speed)
-    if plausible:
-        warn_of_implausible(process, speed)
-    speeds = np.asarray(speed, dtype=np.float64)
-    if speeds.ndim not in (1, 2) or speeds.size == 0 or (speeds.ndim == 2 and speeds.shape[1] != revolutions):
-        raise ValueError(f"speed has shape {speeds.shape}; give (n,) or (n, {revolutions}), one column per revolution")
-    return np.ascontiguousarray(np.broadcast_to(speeds.reshape(len(speeds), -1), (len(speeds), revolutions)))
 
 
 def _march(

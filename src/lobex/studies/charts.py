@@ -5,14 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from lobex import _checks
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids import sweep as grids
 from lobex.grids.choice import AUTO, AnyMethod, chosen_method
 from lobex.operators.duhamel import Duhamel
-from lobex.processes.declared import check_system
 from lobex.processes.plausible import implausible
-from lobex.processes.process import Process, check_gain, check_process, check_speed
+from lobex.processes.process import Process
 from lobex.results.chart import Chart
 from lobex.results.description import describe
 from lobex.studies.studied import studied
@@ -86,11 +84,7 @@ def sweep(
     """
     variation = Variation(process, axes_of(over, "sweep"))
     first = variation.at(0)
-    check_process(first)
-    speeds, gains = _checks.grid("speed", speed, "Hz"), _checks.grid("gain", gain, first.gain.unit)
-    check_speed(first, speeds)
-    check_gain(first, gains)
-    check_system(first, speeds[[0, -1], None], gains[[0, -1]])
+    speeds, gains = grids.checked(first, speed, gain, method)
     return Task(
         verb="sweep",
         variation=variation,

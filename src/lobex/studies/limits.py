@@ -10,9 +10,7 @@ from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids.choice import AUTO, AnyMethod, chosen_method
 from lobex.limits import critical
 from lobex.limits.intervals import kept
-from lobex.processes.declared import check_system
 from lobex.processes.plausible import implausible
-from lobex.processes.process import check_process, check_speed
 from lobex.results.description import describe
 from lobex.results.limit import Limit
 from lobex.studies.studied import studied
@@ -83,13 +81,10 @@ def critical_gain(
     """
     variation = Variation(process, axes_of(over, "critical_gain"))
     first = variation.at(0)
-    check_process(first)
-    speeds = _checks.as_numbers("speed", speed, "Hz")
-    if speeds is None or speeds.ndim > 1 or speeds.size == 0:
-        raise ValueError(f"speed has shape {np.shape(speed)}; give one speed or a list of them, not traced by JAX")
-    speeds = np.atleast_1d(speeds) if over is None else _checks.grid("speed", np.atleast_1d(speeds), "Hz")
-    check_speed(first, speeds)
-    check_system(first, speeds[:, None], _checks.as_numbers("gain", bounds, first.gain.unit))
+    _checks.untraced("a study", speed=speed)
+    speeds, gains = critical.checked(first, speed, bounds, method, scan)
+    if over is not None:
+        _checks.grid("speed", speeds, "Hz")
     chosen = chosen_method(method, first, float(speeds.min()))
     return Task(
         verb="critical_gain",
@@ -100,7 +95,7 @@ def critical_gain(
         implausible=lambda model: implausible(model, speeds, *bounds),
         points=1,
         lanes=_BY_ROOTS if isinstance(chosen, CharacteristicRoots) else _BY_OPERATORS,
-        bytes=COPIES * (_BYTES + _BYTES_OF_SCAN * _checks.integer("scan", scan, 3)),
+        bytes=COPIES * (_BYTES + _BYTES_OF_SCAN * len(gains)),
     )
 
 

@@ -6,10 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from lobex import _checks
 from lobex._shapes import ArrayLike
 from lobex.marches import wear
-from lobex.marches.arrangement import Arrangement
 from lobex.processes.plausible import implausible
 from lobex.processes.regenerative import Rub
 from lobex.results.blading_wear import BladingWear
@@ -97,20 +95,13 @@ def march_wear(
         "steps_per_revolution": steps_per_revolution,
         "samples_per_revolution": samples_per_revolution,
     }
-    given = {"incursion": incursion, "angles_degrees": angles_degrees, "tracks": tracks, "watched": watched}
-    # A manifest tells of what is not as it is by default.
-    turns |= {name: value for name, value in given.items() if value is not None and np.size(value) and np.any(value)}
-    if tracks is not None:
-        turns["tracks"] = tracks
+    sizes = revolutions, steps_per_revolution, samples_per_revolution
+    around = {"angles_degrees": angles_degrees, "tracks": tracks, "watched": watched}
     variation = Variation({"modes": modes, "casing": casing, "law": law}, axes_of(over, "march_wear"))
-    for name, least in (("revolutions", 1), ("steps_per_revolution", 16), ("samples_per_revolution", 16)):
-        _checks.integer(name, turns[name], least)
-    speeds = _checks.as_numbers("speed", wear.speeds_of(speed, revolutions), "Hz")
-    if speeds is None or speeds.ndim not in (1, 2) or speeds.size == 0:
-        raise ValueError(f"speed has shape {np.shape(speed)}; give (n,) or (n, {revolutions}), not traced by JAX")
-    steps = revolutions * steps_per_revolution
-    first = variation.at(0)
-    arranged = Arrangement.of(first["modes"], first["casing"], first["law"], angles_degrees, tracks, watched)
+    arranged, speeds = wear.checked(**variation.at(0), speed=speed, turns=sizes, **around)
+    # A manifest tells of what is not as it is by default.
+    given = {"incursion": incursion, **around}
+    turns |= {name: v for name, v in given.items() if np.any(v) or (name == "tracks" and v is not None)}
     return Task(
         verb="march_wear",
         variation=variation,
@@ -119,8 +110,8 @@ def march_wear(
         compute=partial(_march, turns=turns),
         implausible=lambda model: implausible(Rub(getattr(model["modes"], "blade", model["modes"])), speeds),
         points=revolutions,
-        lanes=max(min(_LANES, _STEPS // (steps * arranged.place.size)), 1),
-        bytes=COPIES * wear.bytes_of_lane(arranged, revolutions, steps_per_revolution, samples_per_revolution),
+        lanes=max(min(_LANES, _STEPS // (revolutions * steps_per_revolution * arranged.place.size)), 1),
+        bytes=COPIES * wear.bytes_of_lane(arranged, *sizes),
     )
 
 
