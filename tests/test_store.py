@@ -156,7 +156,7 @@ def test_a_chunk_under_another_number_is_not_taken_for_it(folder):
     ("changes", "words"),
     [
         ({"gain": GAIN * 1.5}, "settings.gain[1] = "),
-        ({"speed": SPEED[:-1]}, "speed has 5 values in the store and 4 here"),
+        ({"speed": SPEED[:-1]}, "number of values in speed = 5 in the store and 4 here"),
         ({"method": lobex.Chebyshev(18)}, "settings.method.nodes = 16 in the store and 18 here"),
         ({"over": {"modes.damping_ratio": [0.01, 0.02, 0.03, 0.05, 0.08, 0.2]}}, "over.modes.damping_ratio[5] = 0.1"),
         ({"over": {"modes.shape[0,0]": [1.0]}}, "over.modes.shape[0,0] is missing"),

@@ -14,7 +14,7 @@ from lobex.processes.process import Process
 from lobex.results.chart import Chart
 from lobex.results.description import describe
 from lobex.studies.studied import studied
-from lobex.studies.task import COPIES, AnyExecutor, Over, Path, Task
+from lobex.studies.task import AnyExecutor, Over, Path, Task
 from lobex.studies.variation import Variation, axes_of
 
 # Points of a chunk: about a second's work on two cores, and slabs enough for every core.
@@ -94,7 +94,7 @@ def sweep(
         implausible=lambda model: implausible(model, speeds, gains),
         points=len(gains),
         lanes=max(_points_of_a_chunk(method, first, float(speeds[0])) // len(gains), 1),
-        bytes=COPIES * _BYTES * len(gains),
+        bytes=_BYTES * len(gains),
     )
 
 

@@ -3,7 +3,7 @@
 import os
 import sys
 import uuid
-from collections import deque
+from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, ProcessPoolExecutor, wait
 from contextlib import suppress
@@ -161,18 +161,16 @@ def ended(
     interruption.wake = lambda: back.put(None)
     waiting, again = iter(numbers), deque[int]()
     futures: dict[int, Any] = {}
-    # The calls that one death ends count once: those handed over before it.
-    born: dict[int, int] = {}
-    deaths = generation = 0
+    # A death ends all calls under way: of a call that was in each of them, how many in a row.
+    deaths = Counter[int]()
     try:
         while not interruption.asked:
             while len(futures) < engine.ahead and not interruption.asked:
                 number = again.popleft() if again else next(waiting, None)
                 if number is None:
                     break
-                future = engine.submit(f"{label}-{number}", function, argument_of(number))
-                futures[number], born[number] = future, generation
-                future.add_done_callback(lambda _, number=number: back.put(number))
+                futures[number] = engine.submit(f"{label}-{number}", function, argument_of(number))
+                futures[number].add_done_callback(lambda _, number=number: back.put(number))
             if not futures:
                 return
             number = back.get()
@@ -181,12 +179,11 @@ def ended(
             try:
                 result = futures.pop(number).result()
             except engine.lost as error:
-                if born.pop(number) == generation:
-                    generation, deaths = generation + 1, deaths + 1
-                if deaths > _DEATHS:
+                deaths[number] += 1
+                if deaths[number] > _DEATHS:
                     raise ValueError(
-                        f"executor = {engine} lost its workers {deaths} times in a row, the last time at {label} "
-                        f"{number} ({_line(error)}); give them more memory, or fewer at once"
+                        f"executor = {engine} lost its workers {deaths[number]} times in a row, the last time at "
+                        f"{label} {number} ({_line(error)}); give them more memory, or fewer at once"
                     ) from error
                 again.append(number)
                 continue
@@ -194,8 +191,7 @@ def ended(
                 raise ValueError(
                     f"executor = {engine} gave its work up ({_line(error)}); run the same with a new one"
                 ) from error
-            deaths = 0
-            del born[number]
+            deaths.clear()
             yield number, result
     finally:
         engine.cancel(list(futures.values()), not interruption.twice)

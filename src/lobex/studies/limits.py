@@ -14,7 +14,7 @@ from lobex.processes.plausible import implausible
 from lobex.results.description import describe
 from lobex.results.limit import Limit
 from lobex.studies.studied import studied
-from lobex.studies.task import COPIES, AnyExecutor, Over, Path, Task
+from lobex.studies.task import AnyExecutor, Over, Path, Task
 from lobex.studies.variation import Variation, axes_of
 
 Bounds = tuple[Any, Any]
@@ -95,7 +95,7 @@ def critical_gain(
         implausible=lambda model: implausible(model, speeds, *bounds),
         points=1,
         lanes=_BY_ROOTS if isinstance(chosen, CharacteristicRoots) else _BY_OPERATORS,
-        bytes=COPIES * (_BYTES + _BYTES_OF_SCAN * len(gains)),
+        bytes=_BYTES + _BYTES_OF_SCAN * len(gains),
     )
 
 

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections.abc import Iterator
 from importlib.metadata import version
 from typing import Any
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from lobex import _checks
 from lobex.studies.plan import Plan
-from lobex.studies.variation import check_name
+from lobex.studies.variation import axes_of
 
 FORM = "lobex store 1"
 
@@ -54,14 +55,21 @@ def decode(content: bytes) -> dict[str, Any]:
     body = {name: value for name, value in manifest.items() if name != _SEAL}
     if manifest.get(_SEAL) != _seal(body):
         raise ValueError("does not agree with its own checksum")
-    _check(body)
+    # Anybody can seal.
+    plan_in(manifest)
     return manifest
 
 
 def plan_in(manifest: dict[str, Any]) -> Plan:
-    """The chunks that a manifest lays down."""
-    axes = {name: np.asarray(values, dtype=np.float64) for name, values in manifest["over"].items()}
-    return Plan(axes, len(manifest["speed"]), manifest[_LAYOUT])
+    """The chunks that a manifest lays down. ValueError where it makes no sense."""
+    verb, lanes = (manifest.get(name) for name in ("verb", "speed"))
+    if not isinstance(verb, str) or not isinstance(manifest.get("settings"), dict):
+        raise ValueError("does not name its verb")
+    numbers = _checks.as_numbers("speed", lanes)
+    if not isinstance(lanes, list) or not lanes or numbers is None or numbers.ndim not in (1, 2):
+        raise ValueError("has speeds of a shape that no study has")
+    axes = axes_of(manifest.get("over") or None, verb)
+    return Plan(axes, len(lanes), _checks.integer(_LAYOUT, manifest.get(_LAYOUT), 1))
 
 
 def identity(manifest: dict[str, Any]) -> str:
@@ -71,13 +79,14 @@ def identity(manifest: dict[str, Any]) -> str:
 
 def first_difference(stored: dict[str, Any], wanted: dict[str, Any]) -> str | None:
     """What tells another study apart, in words, or None for the same one."""
-    skip = (_LAYOUT, _SEAL)
-    return _difference("", *({k: v for k, v in m.items() if k not in skip} for m in (stored, json_copy(wanted))))
-
-
-def json_copy(value: Any) -> Any:
-    """As a file would give it back: tuples are lists."""
-    return json.loads(json.dumps(value))
+    there, here = (dict(_leaves("", {**manifest, _LAYOUT: 0, _SEAL: ""})) for manifest in (stored, wanted))
+    for path in {**here, **there}:
+        if path not in there or path not in here:
+            return f"{path} is {'given' if path in there else 'missing'} in the store"
+        # As text, in which NaN is the same as NaN, and 1 another than 1.0.
+        if json.dumps(there[path]) != json.dumps(here[path]):
+            return f"{path} = {_checks.brief(there[path])} in the store and {_checks.brief(here[path])} here"
+    return None
 
 
 def _seal(body: dict[str, Any]) -> str:
@@ -85,37 +94,14 @@ def _seal(body: dict[str, Any]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _difference(path: str, stored: Any, wanted: Any) -> str | None:
-    if isinstance(stored, dict) and isinstance(wanted, dict):
-        for name in [*wanted, *(n for n in stored if n not in wanted)]:
-            where = f"{path}.{name}" if path else str(name)
-            if name not in stored or name not in wanted:
-                return f"{where} is {'missing' if name not in stored else 'given'} in the store"
-            found = _difference(where, stored[name], wanted[name])
-            if found:
-                return found
-        return None
-    if isinstance(stored, list) and isinstance(wanted, list):
-        if len(stored) != len(wanted):
-            return f"{path} has {len(stored)} values in the store and {len(wanted)} here"
-        pairs = enumerate(zip(stored, wanted, strict=True))
-        return next(filter(None, (_difference(f"{path}[{i}]", *pair) for i, pair in pairs)), None)
-    # NaN is the same as NaN here: both are written alike.
-    same = type(stored) is type(wanted) and json.dumps(stored) == json.dumps(wanted)
-    return None if same else f"{path} = {_checks.brief(stored)} in the store and {_checks.brief(wanted)} here"
-
-
-def _check(body: dict[str, Any]) -> None:
-    """Require what a sealed manifest must hold: anybody can seal."""
-    verb, lanes, over, layout = (body.get(name) for name in ("verb", "speed", "over", _LAYOUT))
-    if not isinstance(verb, str) or not isinstance(body.get("settings"), dict):
-        raise ValueError("does not name its verb")
-    if not isinstance(over, dict) or not isinstance(lanes, list) or not lanes:
-        raise ValueError("does not name its axes")
-    for name, values in over.items():
-        check_name(name, verb)
-        _checks.grid(f"over[{name!r}]", values)
-    numbers = _checks.as_numbers("speed", lanes)
-    if numbers is None or numbers.ndim not in (1, 2):
-        raise ValueError("has speeds of a shape that no study has")
-    _checks.integer(_LAYOUT, layout, 1)
+def _leaves(path: str, value: Any) -> Iterator[tuple[str, Any]]:
+    """Every number and text by its path, and of every list how many values it has."""
+    if isinstance(value, dict):
+        for name, part in value.items():
+            yield from _leaves(f"{path}.{name}" if path else name, part)
+    elif isinstance(value, list | tuple):
+        yield f"number of values in {path}", len(value)
+        for number, part in enumerate(value):
+            yield from _leaves(f"{path}[{number}]", part)
+    else:
+        yield path, value

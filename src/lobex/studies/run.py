@@ -21,12 +21,12 @@ from lobex.studies.manifest import manifest_of
 from lobex.studies.plan import Plan, plan_of
 from lobex.studies.store import Place, Store
 from lobex.studies.study import Study
-from lobex.studies.task import COPIES, AnyExecutor, Result, Task
+from lobex.studies.task import AnyExecutor, Result, Task
 from lobex.studies.variation import in_words, numbers_at
 from lobex.studies.warned import Collected
 
-# Chunks whose checksums are compared in one call.
-_COMPARED = 32
+# About so often the results of a chunk are held while it is computed and written, and those of a study.
+_COPIES, _HELD = 4, 2
 
 
 @dataclass(frozen=True)
@@ -87,11 +87,11 @@ def run_study(
     """
     engine = engine_of(executor)
     with timed() as spent:
-        plan = plan_of(task.variation.axes, len(task.speed), task.lanes, task.bytes)
+        plan = plan_of(task.variation.axes, len(task.speed), task.lanes, _COPIES * task.bytes)
         if store is None:
             check_memory(
                 f"over and speed make {plan.combinations} × {plan.lanes} lanes",
-                2 * task.bytes / COPIES * plan.combinations * plan.lanes,
+                _HELD * task.bytes * plan.combinations * plan.lanes,
                 "give fewer, or a store, which is never in memory as a whole: store=",
             )
             work = _Work(task, plan, engine, None, progress)
@@ -110,7 +110,7 @@ def run_study(
             return replace(study, seconds=spent.seconds, compiling=spent.compiling)
         check_memory(
             f"speed makes {plan.lanes} lanes, which are all in store = {str(store)!r}",
-            2 * task.bytes / COPIES * plan.lanes,
+            _HELD * task.bytes * plan.lanes,
             "read parts of it by lobex.Study.open",
         )
         result: Any = study.at()
@@ -133,39 +133,38 @@ class _Work:
             names = store.present()
             self._drop_damaged(store, names, interruption)
             missing = [number for number in range(self.plan.chunks) if number not in names]
-            if not missing or interruption.asked:
-                return self._stop(store, interruption)
-            store.check_writable()
-            store.tidy()
-            for _ in self.computed(missing, interruption, sum(map(self._points, names))):
-                pass
-            # Of those that died.
-            store.tidy()
-            self._stop(store, interruption)
-        return None
+            if missing and not interruption.asked:
+                store.check_writable()
+                store.tidy()
+                for _ in self.computed(missing, interruption, sum(map(self._points, names))):
+                    pass
+                # Of those that died.
+                store.tidy()
+            if interruption.asked:
+                raise KeyboardInterrupt(
+                    f"{len(store.present())} of {self.plan.chunks} chunks are in {str(store.folder)!r}; run the same "
+                    "again to go on"
+                )
 
     def computed(
         self, numbers: Any, interruption: Interruption | None = None, done: int = 0
     ) -> Iterator[tuple[int, xarray.Dataset]]:
         """Chunks by number, as they end; empty ones if they went to the store."""
-        interruption = interruption or Interruption()
         total = self.plan.combinations * self.plan.lanes * self.task.points
-        bar = tqdm(total=total, initial=done, unit="pt", unit_scale=True, disable=self.hidden, leave=False)
-        with bar:
-            label = f"{self.task.verb}-chunk"
-            for number, chunk in ended(self.engine, label, computed, numbers, self._chunk, interruption):
-                dataset, warned = chunk
+        chunks = ended(
+            *(self.engine, f"{self.task.verb}-chunk", computed, numbers, self._chunk, interruption or Interruption())
+        )
+        with tqdm(total=total, initial=done, unit="pt", unit_scale=True, disable=self.hidden, leave=False) as bar:
+            for number, (dataset, warned) in chunks:
                 self.collected.add(warned)
                 bar.update(self._points(number))
                 yield number, dataset
 
     def _drop_damaged(self, store: Store, names: dict[int, str], interruption: Interruption) -> None:
         """Compare all checksums: what does not agree is to be computed again."""
-        order = sorted(names)
-        parts = [{n: names[n] for n in order[i : i + _COMPARED]} for i in range(0, len(order), _COMPARED)]
-        label = f"{self.task.verb}-checksums"
-        found = ended(self.engine, label, store.place.damaged, range(len(parts)), parts.__getitem__, interruption)
-        damaged = sorted(number for _, numbers in found for number in numbers)
+        label, intact = f"{self.task.verb}-checksum", store.place.intact
+        found = ended(self.engine, label, intact, sorted(names), names.__getitem__, interruption)
+        damaged = sorted(number for number, sound in found if not sound)
         for number in damaged:
             store.remove(names.pop(number))
         if damaged:
@@ -173,13 +172,6 @@ class _Work:
                 f"{len(damaged)} of {self.plan.chunks} chunks of the store {str(store.folder)!r} were damaged and are "
                 f"computed again, the first chunk {damaged[0]}",
                 SweepWarning,
-            )
-
-    def _stop(self, store: Store, interruption: Interruption) -> None:
-        if interruption.asked:
-            done = len(store.present())
-            raise KeyboardInterrupt(
-                f"{done} of {self.plan.chunks} chunks are in {str(store.folder)!r}; run the same again to go on"
             )
 
     def _chunk(self, number: int) -> Chunk:

@@ -55,15 +55,20 @@ class Place:
         except OSError as error:
             _cannot_write(self.folder, error)
 
-    def damaged(self, names: dict[int, str]) -> list[int]:
-        """Which of some chunks are not what their names say."""
-        return [number for number, name in names.items() if not self._intact(name)]
+    def content(self, name: str) -> bytes:
+        """The bytes of a chunk's file; ValueError where they are not those of its name."""
+        content = (self.folder / name).read_bytes()
+        if not name.endswith(f"-{checksum(content)}.nc"):
+            raise ValueError("its checksum is another")
+        return content
 
-    def _intact(self, name: str) -> bool:
+    def intact(self, name: str) -> bool:
+        """Whether a chunk's file is what its name says."""
         try:
-            return checksum((self.folder / name).read_bytes()) == name.split("-")[1].removesuffix(".nc")
-        except OSError:
+            self.content(name)
+        except (OSError, ValueError):
             return False
+        return True
 
 
 class Store:
@@ -157,10 +162,7 @@ class Store:
         if name is None:
             raise Damage(f"chunk {number} of the store {str(self.folder)!r} is missing; run the study again")
         try:
-            content = (self.folder / name).read_bytes()
-            if checksum(content) != name.split("-")[1].removesuffix(".nc"):
-                raise ValueError("its checksum is another")
-            dataset = from_bytes(content)
+            dataset = from_bytes(self.place.content(name))
             if dataset.attrs.get("study") != self.place.study:
                 raise ValueError("it is of another study")
             if dataset.attrs.get("chunk") != number:
@@ -246,10 +248,9 @@ def _sync_folder(folder: Path) -> None:
 def _alive(process: int) -> bool:
     try:
         os.kill(process, 0)
-    except ProcessLookupError:
-        return False
-    except OSError:
-        return True
+    except OSError as error:
+        # Another user's is none of ours to signal, and alive.
+        return not isinstance(error, ProcessLookupError)
     return True
 
 

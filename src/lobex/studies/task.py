@@ -27,9 +27,6 @@ else:
     # Dask's clusters are not everybody's.
     AnyExecutor = Any
 
-COPIES = 4
-"""About so often the results of a chunk are held while it is computed and written."""
-
 
 @dataclass(frozen=True)
 class Task:
@@ -44,7 +41,7 @@ class Task:
         implausible: what is implausible about a model, all speeds, and the other arguments, in words.
         points: points per lane, for the progress bar.
         lanes: lanes that make up a chunk of a few seconds.
-        bytes: memory that the results of one lane take while they are computed and written.
+        bytes: memory that the results of one lane take.
     """
 
     verb: str

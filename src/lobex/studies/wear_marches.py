@@ -13,7 +13,7 @@ from lobex.processes.regenerative import Rub
 from lobex.results.blading_wear import BladingWear
 from lobex.results.wear_map import WearMap
 from lobex.studies.studied import studied
-from lobex.studies.task import COPIES, AnyExecutor, Over, Path, Task
+from lobex.studies.task import AnyExecutor, Over, Path, Task
 from lobex.studies.variation import Variation, axes_of
 
 # Lanes of a chunk, and time steps of all of them together: some seconds on two cores.
@@ -111,7 +111,7 @@ def march_wear(
         implausible=lambda model: implausible(Rub(getattr(model["modes"], "blade", model["modes"])), speeds),
         points=revolutions,
         lanes=max(min(_LANES, _STEPS // (revolutions * steps_per_revolution * arranged.place.size)), 1),
-        bytes=COPIES * wear.bytes_of_lane(arranged, *sizes),
+        bytes=wear.bytes_of_lane(arranged, *sizes),
     )
 
 
