@@ -39,6 +39,8 @@ def prepare_jax() -> None:
         # A read-only disk, or a user without a home.
         return
     if os.access(folder, os.W_OK):
+        # Of the processes that this one starts, too.
+        os.environ |= {"JAX_COMPILATION_CACHE_DIR": str(folder), "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0"}
         jax.config.update("jax_compilation_cache_dir", str(folder))
         jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
 

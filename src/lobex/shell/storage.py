@@ -35,7 +35,7 @@ def stored(flags: Storage) -> Iterator[dict[str, Any]]:
         return
     from lobex.studies.local_processes import Processes
 
-    # This process computes little: the GPU's memory is for the others.
+    # Several may share a GPU, and this one computes little: none takes its memory for itself.
     os.environ.setdefault("XLA_PYTHON_CLIENT_PREALLOCATE", "false")
     with Processes(count) as executor:
         yield {"store": flags.store, "executor": executor}

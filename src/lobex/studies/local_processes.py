@@ -4,7 +4,6 @@ import multiprocessing
 import os
 import re
 import signal
-import sys
 import threading
 import warnings
 from collections.abc import Callable
@@ -23,42 +22,35 @@ class Processes(Executor):
 
     def __init__(self, count: int) -> None:
         self._max_workers = count
-        self._pool: ProcessPoolExecutor | None = None
+        self._pool = self._afresh()
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> "Future[Any]":
         """Hand over a call."""
-        self._pool = self._pool or self._started()
         try:
             return self._pool.submit(fn, *args, **kwargs)
         except BrokenExecutor:
             self._pool.shutdown()
-            self._pool = self._started()
+            self._pool = self._afresh()
             return self._pool.submit(fn, *args, **kwargs)
 
     def shutdown(self, wait: bool = True, *, cancel_futures: bool = False) -> None:
         """End the processes."""
-        if self._pool is not None:
-            self._pool.shutdown(wait, cancel_futures=cancel_futures)
+        self._pool.shutdown(wait, cancel_futures=cancel_futures)
 
     def __exit__(self, failure: type[BaseException] | None, *_: object) -> None:
-        if failure is not None and self._pool is not None:
+        if failure is not None:
             for process in list((self._pool._processes or {}).values()):
                 process.terminate()
         self.shutdown()
 
-    def _started(self) -> ProcessPoolExecutor:
+    def _afresh(self) -> ProcessPoolExecutor:
         devices = [name for name in os.environ.get(_DEVICES, "").split(",") if name] or _graphics_cards()
         spawn = multiprocessing.get_context("spawn")
-        return ProcessPoolExecutor(self._max_workers, spawn, _prepare, (devices, _compiled()))
+        return ProcessPoolExecutor(self._max_workers, spawn, _prepare, (devices,))
 
 
-def _prepare(devices: list[str], settings: dict[str, str]) -> None:
-    """Of a process, before its first call."""
-    os.environ.update(settings)
-    # JAX has a thread per core already.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    # Several may share a GPU: none takes its memory for itself.
-    os.environ.setdefault("XLA_PYTHON_CLIENT_PREALLOCATE", "false")
+def _prepare(devices: list[str]) -> None:
+    """Of a process, before its first call; its environment is that of the one that starts it."""
     if len(devices) > 1:
         # Such as "SpawnProcess-3", or "SpawnProcess-1:3" of a process that was started itself.
         number = int(re.split("[-:]", multiprocessing.current_process().name)[-1])
@@ -74,19 +66,6 @@ def _end_with_parent() -> None:
     if parent is not None:
         parent.join()
         os._exit(1)
-
-
-def _compiled() -> dict[str, str]:
-    """Where this process keeps compiled programs, as the environment says it."""
-    if "jax" not in sys.modules:
-        return {}
-    config = sys.modules["jax"].config
-    if not config.jax_compilation_cache_dir:
-        return {}
-    return {
-        "JAX_COMPILATION_CACHE_DIR": str(config.jax_compilation_cache_dir),
-        "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": str(config.jax_persistent_cache_min_compile_time_secs),
-    }
 
 
 def _graphics_cards() -> list[str]:
