@@ -20,6 +20,8 @@ from lobex.studies.local_processes import Processes
 if TYPE_CHECKING:
     from distributed import Client
 
+Call = Callable[[], Any]
+
 # Calls that are handed over before the first is back: some for every worker of a large cluster.
 _AHEAD = 1024
 # So many times in a row workers may die with nothing done in between.
@@ -27,7 +29,7 @@ _DEATHS = 3
 
 
 class Engine:
-    """Calls of one argument, handed to an executor. ``executor=None`` is this process."""
+    """Calls without arguments, handed to an executor. ``executor=None`` is this process."""
 
     lost: tuple[type[Exception], ...] = (BrokenExecutor,)
     """What a call ends with whose worker died."""
@@ -38,7 +40,7 @@ class Engine:
         self.executor = executor or _Here()
         # What is computed at once is not handed over ahead.
         self.ahead = 1 if executor is None else _AHEAD
-        # Whether it is open that arguments can be sent: the first tells of all, which are of a kind.
+        # Whether it is open that calls can be sent: the first tells of all, which are of a kind.
         self.unproved = isinstance(executor, ProcessPoolExecutor | Processes)
         self.threads = max(cores() // getattr(executor, "_max_workers", 1), 1) if self.unproved else None
         context: Any = getattr(executor, "_mp_context", None)
@@ -51,13 +53,13 @@ class Engine:
     def __str__(self) -> str:
         return type(self.executor).__name__
 
-    def submit(self, name: str, function: Callable[[Any], Any], argument: Any) -> Any:
+    def submit(self, name: str, call: Call) -> Any:
         """The call's future."""
         if self.unproved:
-            self._prove(argument)
-        call = function if self.threads is None else partial(granted, self.threads, os.getpid(), function)
+            self._prove(call)
+        granting = call if self.threads is None else partial(granted, self.threads, os.getpid(), call)
         try:
-            return self.executor.submit(call, argument)
+            return self.executor.submit(granting)
         except RuntimeError as error:
             raise ValueError(
                 f"executor = {self} takes no more work ({_line(error)}); run the same with a new one"
@@ -69,9 +71,9 @@ class Engine:
         if patient:
             wait(begun)
 
-    def _prove(self, argument: Any) -> None:
+    def _prove(self, call: Call) -> None:
         try:
-            ForkingPickler.dumps(argument)
+            ForkingPickler.dumps(call)
         except Exception as error:
             raise ValueError(
                 f"executor = {self} cannot send the model to another process ({_line(error)}); define its functions in "
@@ -94,12 +96,12 @@ class _OnCluster(Engine):
     def __str__(self) -> str:
         return "dask Client"
 
-    def submit(self, name: str, function: Callable[[Any], Any], argument: Any) -> Any:
+    def submit(self, name: str, call: Call) -> Any:
         if self.client.status != "running":
             raise ValueError(f"executor = {self} has lost its scheduler; run the same with a new one")
         # A name that was there before, such as that of a call whose workers died, would be the same call.
         key = f"{name}-{uuid.uuid4().hex[:8]}"
-        return self.client.submit(partial(granted, None, os.getpid(), function), argument, key=key)
+        return self.client.submit(partial(granted, None, os.getpid(), call), key=key)
 
     def cancel(self, futures: list[Any], patient: bool) -> None:
         if futures and self.client.status == "running":
@@ -131,26 +133,21 @@ def engine_of(executor: Any) -> Engine:
     )
 
 
-def granted(threads: int | None, client: int, function: Callable[[Any], Any], argument: Any) -> Any:
-    """``function(argument)`` in a worker, where XLA, if it has not begun, and lobex take no more threads than granted:
-    ``threads``, or as many as the dask worker has.
+def granted(threads: int | None, client: int, call: Call) -> Any:
+    """``call()`` in a worker, where XLA, if it has not begun, and lobex take no more threads than granted: ``threads``,
+    or as many as the dask worker has.
     """
     if os.getpid() != client:
         if threads is None:
             threads = sys.modules["distributed"].get_worker().state.nthreads
         os.environ.setdefault("NPROC", str(threads))
-    return function(argument)
+    return call()
 
 
 def ended(
-    engine: Engine,
-    label: str,
-    function: Callable[[Any], Any],
-    numbers: Iterable[int],
-    argument_of: Callable[[int], Any],
-    interruption: Interruption,
+    engine: Engine, label: str, numbers: Iterable[int], call_of: Callable[[int], Call], interruption: Interruption
 ) -> Iterator[tuple[int, Any]]:
-    """Number and result of every ``function(argument_of(number))``, in the order in which they end.
+    """Number and result of every ``call_of(number)``, in the order in which they end.
 
     A call whose worker died is handed over again. After an interruption no more are, and what has begun is waited for.
 
@@ -169,7 +166,7 @@ def ended(
                 number = again.popleft() if again else next(waiting, None)
                 if number is None:
                     break
-                futures[number] = engine.submit(f"{label}-{number}", function, argument_of(number))
+                futures[number] = engine.submit(f"{label}-{number}", call_of(number))
                 futures[number].add_done_callback(lambda _, number=number: back.put(number))
             if not futures:
                 return

@@ -2,12 +2,14 @@
 
 import os
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import jax
 import numpy as np
 import xarray
+from jaxtyping import Float
 from tqdm import tqdm
 
 from lobex._memory import check_memory
@@ -15,7 +17,7 @@ from lobex._timing import timed
 from lobex._warnings import LobexWarning, SweepWarning, Warned, heard, warn
 from lobex.results.saving import in_this_process
 from lobex.studies.assembly import assembled
-from lobex.studies.engine import Engine, ended, engine_of
+from lobex.studies.engine import Call, Engine, ended, engine_of
 from lobex.studies.interruption import Interruption, postponed
 from lobex.studies.manifest import manifest_of
 from lobex.studies.plan import Plan, plan_of
@@ -29,42 +31,36 @@ from lobex.studies.warned import Collected
 _COPIES, _HELD = 4, 2
 
 
-@dataclass(frozen=True)
-class Chunk:
-    """What a chunk is made of: arrays, numbers, and functions that can be named.
+def computed(
+    number: int,
+    where: str,
+    compute: Callable[[Any, np.ndarray], Result],
+    model: Any,
+    speed: Float[np.ndarray, "lanes ..."],
+    place: Place | None,
+) -> tuple[xarray.Dataset, list[Warned]]:
+    """Compute a chunk: its dataset, empty once that is written to its place, and what was warned of.
 
-    Attributes:
+    What depends on the hour is left out of it, so that the same chunk is the same file.
+
+    Args:
         number: of the chunk.
         where: the combination of the further axes in words, for errors.
         compute, model, speed: the verb, the model at that combination, and the chunk's speeds.
         place: where it goes to; None for back to whoever asked.
-    """
-
-    number: int
-    where: str
-    compute: Callable[[Any, np.ndarray], Result]
-    model: Any
-    speed: np.ndarray
-    place: Place | None
-
-
-def computed(chunk: Chunk) -> tuple[xarray.Dataset, list[Warned]]:
-    """Compute a chunk: its dataset, empty once that is written to its place, and what was warned of.
-
-    What depends on the hour is left out of it, so that the same chunk is the same file.
 
     Raises:
         ValueError: what the verb refuses, and a place that cannot be written.
     """
     with heard() as warned:
         try:
-            result: Any = chunk.compute(chunk.model, chunk.speed)
+            result: Any = compute(model, speed)
         except ValueError as error:
-            raise ValueError(f"{error}{f'; at {chunk.where}' if chunk.where else ''}") from error
+            raise ValueError(f"{error}{f'; at {where}' if where else ''}") from error
         dataset = replace(result, seconds=float("nan"), compiling=float("nan")).to_xarray()
-    if chunk.place is None:
+    if place is None:
         return dataset, warned
-    chunk.place.write(chunk.number, dataset)
+    place.write(number, dataset)
     return xarray.Dataset(), warned
 
 
@@ -151,9 +147,8 @@ class _Work:
     ) -> Iterator[tuple[int, xarray.Dataset]]:
         """Chunks by number, as they end; empty ones if they went to the store."""
         total = self.plan.combinations * self.plan.lanes * self.task.points
-        chunks = ended(
-            *(self.engine, f"{self.task.verb}-chunk", computed, numbers, self._chunk, interruption or Interruption())
-        )
+        label, interruption = f"{self.task.verb}-chunk", interruption or Interruption()
+        chunks = ended(self.engine, label, numbers, self._chunk, interruption)
         with tqdm(total=total, initial=done, unit="pt", unit_scale=True, disable=self.hidden, leave=False) as bar:
             for number, (dataset, warned) in chunks:
                 self.collected.add(warned)
@@ -162,8 +157,8 @@ class _Work:
 
     def _drop_damaged(self, store: Store, names: dict[int, str], interruption: Interruption) -> None:
         """Compare all checksums: what does not agree is to be computed again."""
-        label, intact = f"{self.task.verb}-checksum", store.place.intact
-        found = ended(self.engine, label, intact, sorted(names), names.__getitem__, interruption)
+        call_of, label = (lambda number: partial(store.place.intact, names[number])), f"{self.task.verb}-checksum"
+        found = ended(self.engine, label, sorted(names), call_of, interruption)
         damaged = sorted(number for number, sound in found if not sound)
         for number in damaged:
             store.remove(names.pop(number))
@@ -174,7 +169,7 @@ class _Work:
                 SweepWarning,
             )
 
-    def _chunk(self, number: int) -> Chunk:
+    def _chunk(self, number: int) -> Call:
         combination, lanes = self.plan.chunk(number)
         if self.model[0] != combination:
             model = jax.tree.map(_sent, self.task.variation.at(combination))
@@ -182,7 +177,7 @@ class _Work:
             self.model = combination, model
         where = in_words(numbers_at(self.plan.axes, combination))
         place = None if self.store is None else self.store.place
-        return Chunk(number, where, self.task.compute, self.model[1], self.task.speed[lanes], place)
+        return partial(computed, number, where, self.task.compute, self.model[1], self.task.speed[lanes], place)
 
     def _points(self, number: int) -> int:
         lanes = self.plan.chunk(number)[1]

@@ -92,11 +92,10 @@ class Store:
             )
         try:
             manifest = manifests.decode(path.read_bytes())
-        except OSError as error:
-            raise ValueError(f"store = {str(folder)!r} cannot be read ({error.strerror})") from None
-        except ValueError as error:
+        except (OSError, ValueError) as error:
+            why = f"cannot be read ({error.strerror})" if isinstance(error, OSError) else error
             raise ValueError(
-                f"store = {str(folder)!r}: {MANIFEST} {error}; restore that file, or begin in an empty folder"
+                f"store = {str(folder)!r}: {MANIFEST} {why}; restore that file, or begin in an empty folder"
             ) from None
         return cls(place, manifest)
 
