@@ -37,7 +37,8 @@ def names(folder):
 def results(folder):
     """The numbers of every chunk that is there, and all that is said of them."""
     store = Store.open(folder)
-    return {number: store.read(number) for number in sorted(store.present())}
+    names = store.present()
+    return {number: store.read(number, names) for number in sorted(names)}
 
 
 @contextlib.contextmanager

@@ -219,7 +219,7 @@ def test_only_the_chunks_asked_for_are_read(tmp_path, monkeypatch):
     expected = whole.chart((2, 1)).multiplier[4]
     asked = []
     read = store.Store.read
-    monkeypatch.setattr(store.Store, "read", lambda self, *n: asked.append(n[0]) or read(self, *n))
+    monkeypatch.setattr(store.Store, "read", lambda self, n, names: asked.append(n) or read(self, n, names))
     labelled = Study.open(tmp_path / "s").to_xarray()
     assert asked == [0]
     one = labelled["multiplier"].sel({"modes.damping_ratio": 0.05, "speed": 500.0}).isel({"modes.shape[0,0]": 1})

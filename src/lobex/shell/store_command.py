@@ -47,9 +47,9 @@ def _verify(store: "stores.Store") -> bool:
 
     done = store.present()
     damaged = []
-    for number, name in sorted(done.items()):
+    for number in sorted(done):
         try:
-            store.read(number, name)
+            store.read(number, done)
         except Damage as damage:
             damaged.append(number)
             print(damage)

@@ -8,12 +8,12 @@ import errno
 import os
 import re
 import socket
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any
 
 import xarray
 
@@ -48,12 +48,10 @@ class Place:
     def write(self, number: int, dataset: xarray.Dataset) -> None:
         """Put a chunk in its place, whole and on the disk."""
         content = to_bytes(dataset.assign_attrs(study=self.study, chunk=number))
-        try:
+        with _writing(self.folder):
             if not (self.folder / MANIFEST).is_file():
                 raise FileNotFoundError(errno.ENOENT, f"{socket.gethostname()} does not see it")
             _write(self.folder / f"{number:08d}-{checksum(content)}.nc", content)
-        except OSError as error:
-            _cannot_write(self.folder, error)
 
     def content(self, name: str) -> bytes:
         """The bytes of a chunk's file; ValueError where they are not those of its name."""
@@ -110,7 +108,7 @@ class Store:
         place = _checks.place("store", folder, "a folder")
         if not str(folder) or (place.exists() and not place.is_dir()):
             raise ValueError(f"store = {str(folder)!r} is not a folder; give the folder that the study goes to")
-        try:
+        with _writing(place):
             place.mkdir(parents=True, exist_ok=True)
             if not (place / MANIFEST).exists():
                 others = [name for name in os.listdir(place) if not _PARTIAL.fullmatch(name) and name != MANIFEST]
@@ -120,8 +118,6 @@ class Store:
                         "new or empty folder"
                     )
                 _write_once(place / MANIFEST, manifests.encode(manifest))
-        except OSError as error:
-            _cannot_write(place, error)
         # What is there now may be another process', which began at the same time.
         store = cls.open(place)
         difference = manifests.first_difference(store.manifest, manifest)
@@ -150,43 +146,36 @@ class Store:
                 f"store = {str(self.folder)!r} holds {len(names)} of {self.plan.chunks} chunks; run the same study "
                 "again to complete it"
             )
-        return partial(_result, self, names)
+        return partial(self.read, names=names)
 
-    def read(self, number: int, name: str | None = None) -> xarray.Dataset:
-        """A chunk's dataset, its checksum compared and its fields looked at. ``Damage`` where it is not what it was, or
-        not there."""
+    def read(self, number: int, names: dict[int, str]) -> xarray.Dataset:
+        """The result of a chunk, of the file that ``present`` tells, its checksum compared and its fields looked at.
+        ``Damage`` where it is not what it was."""
         from lobex.results.register import result_of
 
-        name = self.present().get(number) if name is None else name
-        if name is None:
-            raise Damage(f"chunk {number} of the store {str(self.folder)!r} is missing; run the study again")
         try:
-            dataset = from_bytes(self.place.content(name))
-            if dataset.attrs.get("study") != self.place.study:
+            dataset = from_bytes(self.place.content(names[number]))
+            if dataset.attrs.pop("study", None) != self.place.study:
                 raise ValueError("it is of another study")
-            if dataset.attrs.get("chunk") != number:
+            if dataset.attrs.pop("chunk", None) != number:
                 raise ValueError("it is another chunk")
             result_of(dataset, "it")
         except (OSError, ValueError) as error:
             why = f"chunk {number} of the store {str(self.folder)!r} is damaged ({error})"
             raise Damage(f"{why}; run the study again") from error
-        return dataset
+        return joined(dataset)
 
     def remove(self, name: str) -> None:
         """Drop the file of a damaged chunk."""
-        try:
+        with _writing(self.folder):
             (self.folder / name).unlink(missing_ok=True)
-        except OSError as error:
-            _cannot_write(self.folder, error)
 
     def check_writable(self) -> None:
         """Require, before anything is computed, that chunks can be written."""
         probe = self.folder / f".probe.{socket.gethostname()}.{os.getpid()}.partial"
-        try:
+        with _writing(self.folder):
             probe.touch()
             probe.unlink()
-        except OSError as error:
-            _cannot_write(self.folder, error)
 
     def tidy(self) -> None:
         """Drop the unfinished files of processes of this machine that have ended."""
@@ -195,12 +184,6 @@ class Store:
             if named and named["host"] == socket.gethostname() and not _alive(int(named["process"])):
                 with suppress(OSError):
                     path.unlink(missing_ok=True)
-
-
-def _result(store: Store, names: dict[int, str], number: int) -> xarray.Dataset:
-    chunk = joined(store.read(number, names[number]))
-    chunk.attrs = {name: value for name, value in chunk.attrs.items() if name not in ("study", "chunk")}
-    return chunk
 
 
 def _write(target: Path, content: bytes, *, once: bool = False) -> None:
@@ -253,9 +236,13 @@ def _alive(process: int) -> bool:
     return True
 
 
-def _cannot_write(folder: Path, error: OSError) -> NoReturn:
-    why = error.strerror or str(error)
-    raise ValueError(
-        f"store = {str(folder)!r} cannot be written ({why}); the chunks that are there are kept: make room or "
-        "choose a place that can be written, and run the same again"
-    ) from error
+@contextmanager
+def _writing(folder: Path) -> Iterator[None]:
+    """Where a store cannot be written within, one line says so."""
+    try:
+        yield
+    except OSError as error:
+        raise ValueError(
+            f"store = {str(folder)!r} cannot be written ({error.strerror or error}); the chunks that are there are "
+            "kept: make room or choose a place that can be written, and run the same again"
+        ) from error
