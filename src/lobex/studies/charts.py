@@ -1,9 +1,6 @@
 """``sweep``, with further axes and a store: each chunk is a sweep of its own."""
 
-from functools import partial
 from typing import Any
-
-import numpy as np
 
 from lobex.characteristic.method import CharacteristicRoots
 from lobex.grids import sweep as grids
@@ -12,7 +9,6 @@ from lobex.operators.duhamel import Duhamel
 from lobex.processes.plausible import implausible
 from lobex.processes.process import Process
 from lobex.results.chart import Chart
-from lobex.results.description import describe
 from lobex.studies.studied import studied
 from lobex.studies.task import AnyExecutor, Over, Path, Task
 from lobex.studies.variation import Variation, axes_of
@@ -82,24 +78,24 @@ def sweep(
             computed again).
         LobexWarning: for numbers that can hardly be meant: speeds in rpm, damping in per cent, depths in mm.
     """
-    variation = Variation(process, axes_of(over, "sweep"))
-    first = variation.at(0)
+    variation = Variation({"process": process}, axes_of(over, "sweep"))
+    first = variation.at(0)["process"]
     speeds, gains = grids.checked(first, speed, gain, method)
     return Task(
         verb="sweep",
         variation=variation,
         speed=speeds,
-        settings={"gain": gains.tolist(), "method": describe(method)},
-        compute=partial(_chart, gains=gains, method=method),
-        implausible=lambda model: implausible(model, speeds, gains),
+        settings={"gain": gains, "method": method},
+        compute=_chart,
+        implausible=lambda model: implausible(model["process"], speeds, gains),
         points=len(gains),
         lanes=max(_points_of_a_chunk(method, first, float(speeds[0])) // len(gains), 1),
         bytes=_BYTES * len(gains),
     )
 
 
-def _chart(model: Any, speed: np.ndarray, *, gains: np.ndarray, method: AnyMethod) -> Chart:
-    return grids.sweep(model, speed, gains, method, plausible=False)
+def _chart(**arguments: Any) -> Chart:
+    return grids.sweep(**arguments, plausible=False)
 
 
 def _points_of_a_chunk(method: Any, process: Process, speed: float) -> int:

@@ -1,9 +1,6 @@
 """``critical_gain``, with further axes and a store: each chunk is a search of its own."""
 
-from functools import partial
 from typing import Any
-
-import numpy as np
 
 from lobex import _checks
 from lobex.characteristic.method import CharacteristicRoots
@@ -11,7 +8,6 @@ from lobex.grids.choice import AUTO, AnyMethod, chosen_method
 from lobex.limits import critical
 from lobex.limits.intervals import kept
 from lobex.processes.plausible import implausible
-from lobex.results.description import describe
 from lobex.results.limit import Limit
 from lobex.studies.studied import studied
 from lobex.studies.task import AnyExecutor, Over, Path, Task
@@ -79,8 +75,8 @@ def critical_gain(
             than there is room for, or when chunks of the store were damaged (they are computed again).
         LobexWarning: for numbers that can hardly be meant: speeds in rpm, damping in per cent, depths in mm.
     """
-    variation = Variation(process, axes_of(over, "critical_gain"))
-    first = variation.at(0)
+    variation = Variation({"process": process}, axes_of(over, "critical_gain"))
+    first = variation.at(0)["process"]
     _checks.untraced("a study", speed=speed)
     speeds, gains = critical.checked(first, speed, bounds, method, scan)
     if over is not None:
@@ -90,16 +86,16 @@ def critical_gain(
         verb="critical_gain",
         variation=variation,
         speed=speeds,
-        settings={"bounds": describe(bounds), "method": describe(method), "scan": describe(scan)},
-        compute=partial(_limit, bounds=bounds, method=method, scan=scan),
-        implausible=lambda model: implausible(model, speeds, *bounds),
+        settings={"bounds": bounds, "method": method, "scan": scan},
+        compute=_limit,
+        implausible=lambda model: implausible(model["process"], speeds, *bounds),
         points=1,
         lanes=_BY_ROOTS if isinstance(chosen, CharacteristicRoots) else _BY_OPERATORS,
         bytes=_BYTES + _BYTES_OF_SCAN * len(gains),
     )
 
 
-def _limit(model: Any, speed: np.ndarray, *, bounds: Bounds, method: AnyMethod, scan: int) -> Limit:
-    limit = critical.critical_gain(model, speed, bounds, method, scan=scan, plausible=False)
+def _limit(*, scan: int, **arguments: Any) -> Limit:
+    limit = critical.critical_gain(**arguments, scan=scan, plausible=False)
     # All chunks are of one shape: as many intervals as so many samples can tell apart.
     return kept(limit, (int(scan) + 1) // 2)

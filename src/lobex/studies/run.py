@@ -3,18 +3,18 @@
 import os
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import partial
+from functools import lru_cache, partial
 from typing import Any
 
 import jax
 import numpy as np
 import xarray
-from jaxtyping import Float
 from tqdm import tqdm
 
 from lobex._memory import check_memory
 from lobex._timing import timed
 from lobex._warnings import LobexWarning, SweepWarning, Warned, heard, warn
+from lobex.results.description import describe
 from lobex.results.saving import in_this_process
 from lobex.studies.assembly import assembled
 from lobex.studies.engine import Call, Engine, ended, engine_of
@@ -32,12 +32,7 @@ _COPIES, _HELD = 4, 2
 
 
 def computed(
-    number: int,
-    where: str,
-    compute: Callable[[Any, np.ndarray], Result],
-    model: Any,
-    speed: Float[np.ndarray, "lanes ..."],
-    place: Place | None,
+    number: int, where: str, compute: Callable[..., Result], arguments: dict[str, Any], place: Place | None
 ) -> tuple[xarray.Dataset, list[Warned]]:
     """Compute a chunk: its dataset, empty once that is written to its place, and what was warned of.
 
@@ -46,7 +41,7 @@ def computed(
     Args:
         number: of the chunk.
         where: the combination of the further axes in words, for errors.
-        compute, model, speed: the verb, the model at that combination, and the chunk's speeds.
+        compute, arguments: the verb, and what it takes by name.
         place: where it goes to; None for back to whoever asked.
 
     Raises:
@@ -54,7 +49,7 @@ def computed(
     """
     with heard() as warned:
         try:
-            result: Any = compute(model, speed)
+            result: Any = compute(**arguments)
         except ValueError as error:
             raise ValueError(f"{error}{f'; at {where}' if where else ''}") from error
         dataset = replace(result, seconds=float("nan"), compiling=float("nan")).to_xarray()
@@ -96,7 +91,8 @@ def run_study(
                 dataset = assembled(task.verb, plan, task.speed, chunks.__getitem__).load()
             study = Study(dataset)
         else:
-            manifest = manifest_of(plan, task.verb, task.variation.describe(), task.settings, task.speed)
+            settings = {name: describe(value) for name, value in task.settings.items()}
+            manifest = manifest_of(plan, task.verb, task.variation.describe(), settings, task.speed)
             shared = Store.begin(store, manifest)
             work = _Work(task, shared.plan, engine, shared, progress)
             work.complete(shared)
@@ -119,7 +115,8 @@ class _Work:
     def __init__(self, task: Task, plan: Plan, engine: Engine, store: Store | None, progress: bool) -> None:
         self.task, self.plan, self.engine, self.store = task, plan, engine, store
         self.collected = Collected()
-        self.model: tuple[int, Any] = (-1, None)
+        # Chunks come combination by combination.
+        self.model_at = lru_cache(1)(self._model_at)
         # None: a terminal has a bar, and a file or a pipe none.
         self.hidden = None if progress else True
 
@@ -171,13 +168,15 @@ class _Work:
 
     def _chunk(self, number: int) -> Call:
         combination, lanes = self.plan.chunk(number)
-        if self.model[0] != combination:
-            model = jax.tree.map(_sent, self.task.variation.at(combination))
-            self.collected.add((LobexWarning, message) for message in self.task.implausible(model))
-            self.model = combination, model
+        arguments = {**self.model_at(combination), "speed": self.task.speed[lanes], **self.task.settings}
         where = in_words(numbers_at(self.plan.axes, combination))
         place = None if self.store is None else self.store.place
-        return partial(computed, number, where, self.task.compute, self.model[1], self.task.speed[lanes], place)
+        return partial(computed, number, where, self.task.compute, arguments, place)
+
+    def _model_at(self, combination: int) -> dict[str, Any]:
+        model = jax.tree.map(_sent, self.task.variation.at(combination))
+        self.collected.add((LobexWarning, message) for message in self.task.implausible(model))
+        return model
 
     def _points(self, number: int) -> int:
         lanes = self.plan.chunk(number)[1]

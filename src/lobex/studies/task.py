@@ -36,8 +36,8 @@ class Task:
         verb: its name.
         variation: the model at every combination.
         speed: the speeds, one per lane, (n,) or (n, revolutions).
-        settings: the other arguments, as a manifest tells them.
-        compute: the verb at a model and some of the speeds; of functions that can be named, so that it can be sent.
+        settings: the other arguments.
+        compute: the verb of a model, some of the speeds and the settings, by name; one that can be sent.
         implausible: what is implausible about a model, all speeds, and the other arguments, in words.
         points: points per lane, for the progress bar.
         lanes: lanes that make up a chunk of a few seconds.
@@ -48,7 +48,7 @@ class Task:
     variation: Variation
     speed: np.ndarray
     settings: dict[str, Any]
-    compute: Callable[[Any, np.ndarray], Result]
+    compute: Callable[..., Result]
     implausible: Callable[[Any], list[str]]
     points: int
     lanes: int

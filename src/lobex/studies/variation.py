@@ -23,6 +23,9 @@ ATTRIBUTES = "attributes"
 RESULTS = {"sweep": Chart, "critical_gain": Limit, "march_wear": WearMap}
 """What the verbs of studies hand back."""
 
+# What is a model by itself: paths begin within it.
+_ALONE = "process"
+
 
 def axes_of(over: Mapping[str, Any] | None, verb: str) -> Axes:
     """The values of every axis of a study by ``verb``, by name, as increasing float64 grids."""
@@ -57,18 +60,17 @@ def numbers_at(axes: Axes, combination: int) -> dict[str, float]:
 class Variation:
     """A model, and how the numbers of the axes enter it.
 
-    The model is a pytree, a function of a dictionary of numbers, or a dictionary of both. A name of the axes is the
-    path of a number in the pytree, such as "modes.damping_ratio[0]", or without index all numbers of an array;
-    every other name is for the functions, which get all of these.
+    The model is what a verb takes by name, each a pytree or a function of a dictionary of numbers. A name of the axes
+    is the path of a number, such as "casing.amplitude" or, within a process, "modes.damping_ratio[0]", or without index
+    all numbers of an array; every other name is for the functions, which get all of these.
     """
 
-    def __init__(self, model: Any, axes: Axes) -> None:
-        _checks.untraced("a study", model=model)
-        self.axes, self.single = axes, not isinstance(model, dict)
-        whole = {"": model} if self.single else model
-        self.functions: dict[str, Callable[[Any], Any]] = {k: v for k, v in whole.items() if _is_function(v)}
-        self.objects = {k: v for k, v in whole.items() if k not in self.functions}
-        names = [name.removeprefix(".") for name in number_names(self.objects)]
+    def __init__(self, model: dict[str, Any], axes: Axes) -> None:
+        _checks.untraced("a study", **model)
+        self.axes = axes
+        self.functions: dict[str, Callable[[Any], Any]] = {k: v for k, v in model.items() if _is_function(v)}
+        self.objects = {k: v for k, v in model.items() if k not in self.functions}
+        names = [name.removeprefix(f"{_ALONE}.") for name in number_names(self.objects)]
         self.places = {axis: self._places(axis, names) for axis in axes}
         free = [axis for axis, places in self.places.items() if not places]
         if free and not self.functions:
@@ -79,15 +81,14 @@ class Variation:
             known = dict.fromkeys(name.split("[")[0] for name in names)
             raise ValueError(f"over names {free[0]!r}, no number of the model; it has {', '.join(known)}")
         if self.functions and not free:
-            name = next(iter(self.functions)) or "process"
-            raise ValueError(f"{name} is a function; name its numbers in over")
+            raise ValueError(f"{next(iter(self.functions))} is a function; name its numbers in over")
         for one, other in combinations(axes, 2):
             if not set(self.places[one]).isdisjoint(self.places[other]):
                 raise ValueError(f"over names {one!r} and {other!r}, which are the same number; drop one")
         for combination in [0, *(number for along in self._along().values() for number in along[1:])]:
             self.at(combination)
 
-    def at(self, combination: int) -> Any:
+    def at(self, combination: int) -> dict[str, Any]:
         """The model at a combination, its checks passed."""
         numbers = numbers_at(self.axes, combination)
         leaves, tree = jax.tree.flatten(self.objects)
@@ -105,15 +106,15 @@ class Variation:
                 parts |= {name: make(dict(free)) for name, make in self.functions.items()}
         except ValueError as error:
             raise ValueError(f"{error}; at {in_words(numbers)}") from None
-        return parts[""] if self.single else parts
+        return parts
 
     def describe(self) -> dict[str, Any]:
         """The model at the first value of all axes, and at the last of each."""
-        where = {"first": 0, **{name: along[-1] for name, along in self._along().items()}}
-        models = {name: self.at(combination) for name, combination in where.items()}
-        if self.single:
-            return {name: describe(model) for name, model in models.items()}
-        return {name: {k: describe(v) for k, v in model.items()} for name, model in models.items()}
+        described = {}
+        for where, combination in {"first": 0, **{name: along[-1] for name, along in self._along().items()}}.items():
+            parts = {name: describe(part) for name, part in self.at(combination).items()}
+            described[where] = parts.get(_ALONE, parts)
+        return described
 
     def _along(self) -> dict[str, range]:
         """The combinations along every axis, with the first value of the others."""

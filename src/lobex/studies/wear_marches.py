@@ -1,7 +1,6 @@
 """``march_wear``, with further axes and a store: each chunk is a march of its own."""
 
 from collections.abc import Sequence
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -107,7 +106,7 @@ def march_wear(
         variation=variation,
         speed=speeds,
         settings=turns,
-        compute=partial(_march, turns=turns),
+        compute=_march,
         implausible=lambda model: implausible(Rub(getattr(model["modes"], "blade", model["modes"])), speeds),
         points=revolutions,
         lanes=max(min(_LANES, _STEPS // (revolutions * steps_per_revolution * arranged.place.size)), 1),
@@ -115,5 +114,5 @@ def march_wear(
     )
 
 
-def _march(model: dict[str, Any], speed: np.ndarray, *, turns: dict[str, Any]) -> WearMap | BladingWear:
-    return wear.march_wear(**model, speed=speed, **turns, plausible=False)
+def _march(**arguments: Any) -> WearMap | BladingWear:
+    return wear.march_wear(**arguments, plausible=False)
