@@ -1,6 +1,8 @@
 """Studies: further axes, labels, chunks, what is read of them, and files."""
 
+import inspect
 import re
+import typing
 from pathlib import Path
 
 import jax
@@ -13,10 +15,11 @@ from hypothesis import strategies as st
 import lobex
 from cases import assert_same_fields
 from lobex import _memory as memory
+from lobex.results.fields import names_of
 from lobex.studies import charts, plan, store
 from lobex.studies.plan import Plan, plan_of
 from lobex.studies.study import Study
-from lobex.studies.variation import Variation
+from lobex.studies.variation import Variation, axes_of
 from refusals import refused
 
 METHOD = lobex.Chebyshev(16)
@@ -271,6 +274,15 @@ def test_failed_points_are_counted_over_all_chunks():
 def test_bad_axes_are_refused_in_one_line(call, words):
     with refused(words):
         call()
+
+
+@pytest.mark.parametrize("verb", [lobex.sweep, lobex.critical_gain, lobex.march_wear])
+def test_no_axis_is_named_like_an_array_of_any_result_of_its_verb(verb):
+    handed_back = inspect.signature(verb).return_annotation
+    for kind in typing.get_args(handed_back) or (handed_back,):
+        for name in sorted(names_of(kind)):
+            with refused(f"over names {name!r}, which the result has already"):
+                axes_of({name: [1.0]}, verb.__name__)
 
 
 @pytest.mark.parametrize(

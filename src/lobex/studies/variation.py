@@ -10,6 +10,7 @@ import numpy as np
 
 from lobex import _checks
 from lobex.limits.parameters import number_names, number_values
+from lobex.results.blading_wear import BladingWear
 from lobex.results.chart import Chart
 from lobex.results.description import describe
 from lobex.results.fields import names_of
@@ -20,7 +21,7 @@ Axes = dict[str, np.ndarray]
 ATTRIBUTES = "attributes"
 """The array of a saved study that says what is said of each of its results."""
 
-RESULTS = {"sweep": Chart, "critical_gain": Limit, "march_wear": WearMap}
+RESULTS = {"sweep": (Chart,), "critical_gain": (Limit,), "march_wear": (WearMap, BladingWear)}
 """What the verbs of studies hand back."""
 
 # What is a model by itself: paths begin within it.
@@ -40,7 +41,7 @@ def axes_of(over: Mapping[str, Any] | None, verb: str) -> Axes:
 
 def check_name(name: Any, verb: str) -> None:
     """Require a name that an axis of the file of a study by ``verb`` can have."""
-    if verb in RESULTS and name in {ATTRIBUTES, *names_of(RESULTS[verb])}:
+    if name == ATTRIBUTES or any(name in names_of(kind) for kind in RESULTS.get(verb, ())):
         raise ValueError(f"over names {name!r}, which the result has already; give the name of a number of the model")
     if not isinstance(name, str) or not name or not name.isprintable() or "/" in name:
         raise ValueError(f"over names {_checks.brief(name)}; give a printable name without a slash")
