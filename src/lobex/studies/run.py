@@ -154,8 +154,11 @@ class _Work:
 
     def _drop_damaged(self, store: Store, names: dict[int, str], interruption: Interruption) -> None:
         """Compare all checksums: what does not agree is to be computed again."""
-        call_of, label = (lambda number: partial(store.place.intact, names[number])), f"{self.task.verb}-checksum"
-        found = ended(self.engine, label, sorted(names), call_of, interruption)
+
+        def compared(number: int) -> Call:
+            return partial(store.place.intact, names[number])
+
+        found = ended(self.engine, f"{self.task.verb}-checksum", sorted(names), compared, interruption)
         damaged = sorted(number for number, sound in found if not sound)
         for number in damaged:
             store.remove(names.pop(number))

@@ -111,8 +111,9 @@ class Variation:
 
     def describe(self) -> dict[str, Any]:
         """The model at the first value of all axes, and at the last of each."""
+        places = {"first": 0, **{name: along[-1] for name, along in self._along().items()}}
         described = {}
-        for where, combination in {"first": 0, **{name: along[-1] for name, along in self._along().items()}}.items():
+        for where, combination in places.items():
             parts = {name: describe(part) for name, part in self.at(combination).items()}
             described[where] = parts.get(_ALONE, parts)
         return described
