@@ -333,6 +333,44 @@ def test_process_damping_of_turning_is_that_of_independent_codes():
     assert [value.real, abs(value.imag)] == pytest.approx([0.160736030252, 0.597011995902], rel=1e-9)
 
 
+def test_damping_of_a_wear_land_is_the_force_of_what_the_flat_presses_in():
+    indentation, land, speed = 1.5e14, 8e-5, 3.0
+    worn = lobex.ProcessDamping.from_wear_land(indentation, land, friction=0.3)
+    assert (worn.coefficient, worn.friction) == (pytest.approx(4.8e5, rel=1e-15), 0.3)
+    # A flat at the height of the edge, over the wave that this cut a little earlier: of waves ever longer.
+    for waves in (1e3, 1e2):
+
+        def height(time, waves=waves):
+            return np.sin(waves * time)
+
+        points, weights = np.polynomial.legendre.leggauss(20)
+        behind = land / 2 * (points + 1)
+        volume = land / 2 * weights @ (height(0.0) - height(-behind / speed))
+        assert indentation * volume == pytest.approx(worn.coefficient / speed * waves, rel=(waves * land / speed) ** 2)
+
+
+def test_derivatives_by_the_wear_land_are_differences():
+    tool = lobex.Modes.single(frequency=450.0, damping_ratio=0.0316, mass=0.8106)
+
+    def radius(land):
+        worn = lobex.ProcessDamping.from_wear_land(1.5e14, land)
+        return lobex.spectral_radius(lobex.Turning(tool, 1.5e9, diameter=0.035, process_damping=worn), 100.0, 2e-3)
+
+    with jax.enable_x64(True):
+        slope = float(jax.grad(radius)(8e-5))
+    ends = [radius(land) for land in (8e-5 - 1e-8, 8e-5 + 1e-8)]
+    assert slope == pytest.approx((ends[1] - ends[0]) / 2e-8, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [((1.5e5, 8e-5), "1e14 for 100000 N/mm³"), ((1.5e14, 0.08), "wear_land = 0.08 m is more than any tool has")],
+)
+def test_a_wear_land_in_other_units_is_told(given, message):
+    with pytest.warns(lobex.LobexWarning, match=message):
+        lobex.ProcessDamping.from_wear_land(*given)
+
+
 @pytest.mark.parametrize(
     ("call", "message"),
     [
@@ -344,9 +382,11 @@ def test_process_damping_of_turning_is_that_of_independent_codes():
         (lambda: lobex.Turning(MODE, 1e9, diameter=0.02, process_damping=1e5), r"give lobex.ProcessDamping\(coeff"),
         (lambda: lobex.Turning(MODE, 1e9, diameter=-0.02), "diameter = -0.02 must be positive"),
         (lambda: lobex.ProcessDamping(-1e5), "coefficient = -100000 must not be negative"),
+        (lambda: lobex.ProcessDamping.from_wear_land(1e14, -1e-4), "wear_land = -0.0001 must not be negative"),
+        (lambda: lobex.ProcessDamping.from_wear_land(0.0, 1e-4), "indentation_coefficient = 0 must be positive"),
     ],
 )
-def test_process_damping_asks_for_a_diameter(call, message):
+def test_process_damping_asks_for_a_diameter_and_numbers_that_there_are(call, message):
     with refused(match=message):
         call()
 

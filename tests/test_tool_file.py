@@ -107,6 +107,17 @@ def test_all_that_a_file_can_say(tmp_path):
         same(found[name], part)
 
 
+def test_the_wear_land_of_a_file_is_a_length(tmp_path):
+    path = tmp_path / "worn.toml"
+    modes = '[[modes]]\naxis = "x"\nfrequency = 450\ndamping_ratio = 0.03\nmass = 0.8\n[force]\ntangential = 2e9\n'
+    worn = 'normal = 1e9\n[process_damping]\nindentation_coefficient = 1.5e14\nwear_land = "0.08 mm"\n'
+    path.write_text(f"{modes}{worn}friction = 0.3\n")
+    same(lobex.read_tool(path)["process_damping"], lobex.ProcessDamping(4.8e5, 0.3))
+    path.write_text(f"{modes}{worn}coefficient = 5e4\n")
+    with pytest.raises(ValueError, match=r"\[process_damping\]: it has 'coefficient', which is none of friction, ind"):
+        lobex.read_tool(path)
+
+
 def test_a_turning_tool_takes_modes_and_the_normal_force(tmp_path):
     path = tmp_path / "bar.toml"
     modes = '[[modes]]\naxis = "x"\nfrequency = 450\ndamping_ratio = 0.03\nmass = 0.8\n'

@@ -26,7 +26,9 @@ _THICK, _NO_LIMIT = 0.1, 1.0
 _SOFTEST, _HARDEST = 1e6, 1e11
 # And so are the chips and the runout that a tooth has, and the diameter of its cutter and its corner.
 _CHIP, _OTHERS = 0.01, {"runout": 0.001, "offset": 0.001, "diameter": 1.0, "corner_radius": 0.5}
-_OTHERS |= {"amplitude": 0.005, "wave_length": 0.1}
+_OTHERS |= {"amplitude": 0.005, "wave_length": 0.1, "wear_land": 0.005}
+# What material pressed in resists with, N/m³: steel 1e5 N/mm³, and so 1e14.
+_SOFTEST_PRESSED = 1e11
 
 
 def warn_of_implausible(process: Any, speed: Any, gain: Any = None, largest: Any = None) -> None:
@@ -103,6 +105,16 @@ def too_long(name: str, length: Any) -> str | None:
     if largest < _OTHERS.get(name, _CHIP):
         return None
     return f"{name} = {largest:.6g} m is more than any tool has; it is in m, 0.0001 for 0.1 mm"
+
+
+def too_soft(indentation_coefficient: Any) -> str | None:
+    """The message on an indentation coefficient, N/m³, that can only be in N/mm³, if it is one."""
+    number = float(np.asarray(indentation_coefficient))
+    if number >= _SOFTEST_PRESSED:
+        return None
+    return (
+        f"indentation_coefficient = {number:.6g} N/m³ is less than any metal has; it is in N/m³, 1e14 for 100000 N/mm³"
+    )
 
 
 def _is_traced(tree: Any) -> bool:

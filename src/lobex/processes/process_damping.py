@@ -10,6 +10,8 @@ from lobex import _checks
 from lobex._namespace import namespace
 from lobex._pytree import pytree
 from lobex._shapes import Number
+from lobex._warnings import warn
+from lobex.processes.plausible import too_long, too_soft
 from lobex.systems.coefficients import Coefficient, Following, Framed
 from lobex.systems.system import DelaySystem
 from lobex.systems.terms import Delayed, Present, Regenerative, Term
@@ -23,7 +25,7 @@ class ProcessDamping:
     """The force −(C b/v) (n + μ t) nᵀ ẏ on a tool, with its normal n, its cutting direction t and cutting speed v.
 
     Linear in the velocity (Tunç and Budak, Effect of cutting conditions and tool geometry on process damping in
-    machining, Int. J. Mach. Tools Manuf. 57, 2012).
+    machining, Int. J. Mach. Tools Manuf. 57, 2012). Where C is not known, ``from_wear_land`` makes it of the flank.
 
     Attributes:
         coefficient: C, N/m.
@@ -37,6 +39,34 @@ class ProcessDamping:
         for name, unit in (("coefficient", "N/m"), ("friction", "")):
             _checks.not_negative(name, getattr(self, name), unit)
             _checks.scalar(name, getattr(self, name))
+
+    @classmethod
+    def from_wear_land(
+        cls, indentation_coefficient: Number, wear_land: Number, friction: Number = 0.0
+    ) -> "ProcessDamping":
+        """That of a flank worn flat, C = K_sp W²/2.
+
+        The force is K_sp a volume pressed in. Of vibrations that are small, and long beside the flat, that volume is
+        b W²/2 times the slope −ẏ/v of the surface (Chiou and Liang, Chatter stability of a slender cutting tool in
+        turning with tool wear effect, Int. J. Mach. Tools Manuf. 38, 1998).
+
+        Args:
+            indentation_coefficient: K_sp, force per volume of material pressed in, N/m³.
+            wear_land: W, the width of the flat along the cutting direction, m.
+            friction: as of the class.
+
+        Raises:
+            ValueError: for an indentation coefficient that is not above 0 and a wear land below 0.
+        """
+        _checks.positive("indentation_coefficient", indentation_coefficient, "N/m³")
+        _checks.scalar("indentation_coefficient", indentation_coefficient)
+        _checks.not_negative("wear_land", wear_land, "m")
+        _checks.scalar("wear_land", wear_land)
+        if not _checks.is_traced((indentation_coefficient, wear_land)):
+            for message in (too_soft(indentation_coefficient), too_long("wear_land", wear_land)):
+                if message is not None:
+                    warn(message)
+        return cls(indentation_coefficient * wear_land**2 / 2, friction)
 
     def per_speed(self, diameter: Any, speed: Number) -> Number:
         """C/v at a spindle speed in revolutions per second, Ns/m²."""

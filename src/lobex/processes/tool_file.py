@@ -14,7 +14,7 @@ from lobex.processes.speed_variation import SpeedVariation
 from lobex.processes.tables_of_file import known, made, read_tables
 from lobex.structures.modes import Modes
 
-_LENGTHS = ("diameter", "corner_radius", "runout", "chip", "offset")
+_LENGTHS = ("diameter", "corner_radius", "runout", "chip", "offset", "wear_land")
 _SHAPES = ("end_mill", "ball", "bull_nose", "tapered", "inserts")
 _ENDS = ("tool", "workpiece")
 _MODE = {"axis", "frequency", "damping_ratio", "mass", "stiffness", "of"}
@@ -27,8 +27,9 @@ def read_tool(path: str | os.PathLike[str]) -> dict[str, Any]:
     The tables are ``[cutter]`` (``shape``, one of the factories of ``Cutter`` and "end_mill" by default, and what that
     takes, its ``serration`` as a table of ``Serration``), ``[[modes]]`` (``axis`` "x", "y" or "z", and what
     ``Modes.from_table`` takes; ``of = "workpiece"`` for those of the other end), ``[force]`` (of ``CuttingForce``, or
-    with ``law = "angle"`` or ``"kienzle"`` of ``CuttingForce.from_angle`` and ``.kienzle``), ``[process_damping]`` and
-    ``[speed_variation]``. Lengths are metres, or text such as "19.05 mm"; all else is as in Python.
+    with ``law = "angle"`` or ``"kienzle"`` of ``CuttingForce.from_angle`` and ``.kienzle``), ``[process_damping]`` (of
+    ``ProcessDamping``, or with ``wear_land`` of its ``from_wear_land``) and ``[speed_variation]``. Lengths are metres,
+    or text such as "19.05 mm"; all else is as in Python.
 
     Args:
         path: of the file.
@@ -45,7 +46,7 @@ def read_tool(path: str | os.PathLike[str]) -> dict[str, Any]:
         "cutter": _cutter,
         "modes": _modes,
         "force": _force,
-        "process_damping": lambda table: _made(ProcessDamping, table),
+        "process_damping": _damping,
         "speed_variation": lambda table: _made(SpeedVariation, table),
     }
     return read_tables(path, makers, ("modes", "force"), "lobex.read_tool", listed=("modes",))
@@ -69,6 +70,11 @@ def _force(table: dict[str, Any]) -> CuttingForce:
     law = table.get("law", "linear")
     _checks.choice("law", law, tuple(laws))
     return _made(laws[law], {name: value for name, value in table.items() if name != "law"})
+
+
+def _damping(table: dict[str, Any]) -> ProcessDamping:
+    worn = {"wear_land", "indentation_coefficient"} & set(table)
+    return _made(ProcessDamping.from_wear_land if worn else ProcessDamping, table)
 
 
 def _modes(rows: list[dict[str, Any]]) -> Modes:
