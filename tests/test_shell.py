@@ -17,7 +17,7 @@ from lobex.shell.arguments import Lobes
 from lobex.shell.from_flags import process_of
 from lobex.shell.limit_arguments import Limit
 from lobex.shell.parser import parse
-from lobex.shell.values import parse_grid, parse_values
+from lobex.shell.values import in_metres, parse_grid, parse_values
 
 SMALL = {
     "rub": ("--speed", "60:400:5", "--gain", "4.5e4:4.5e6:7", "--elements", "3", "--keep", "1", "2"),
@@ -138,6 +138,22 @@ def test_ranges_and_lists_are_the_same_grid(text):
     np.testing.assert_array_equal(parse_values("rpm", text, "rpm"), [5000, 6000, 7000])
 
 
+@pytest.mark.parametrize("text", ["1e-4:6e-3:3", "0.1:6mm:3", "0.1mm:6 mm:3", "100um:6mm:3", "0.1mm,3.05mm,6mm"])
+def test_depths_have_units_of_which_one_is_that_of_all(text):
+    assert parse_grid("gain", in_metres("gain", text), "") == pytest.approx([1e-4, 3.05e-3, 6e-3], rel=1e-15)
+
+
+def test_a_turning_march_with_a_feed_takes_the_force_of_its_file(shell, tmp_path):
+    modes = '[[modes]]\naxis = "x"\nfrequency = 146.5\ndamping_ratio = 0.03\nmass = 2.573\n'
+    (tmp_path / "bar.toml").write_text(f"{modes}[force]\ntangential = 2e9\nnormal = 1.5e9\n")
+    points = ("--rpm", "5000", "--gain", "0.1mm", "--periods", "2", "--steps", "128", "--quiet")
+    assert shell("march", "turning", "--tool", "bar.toml", "--feed", "0.1mm", *points).code == 0
+    mode = lobex.Modes.single(frequency=146.5, damping_ratio=0.03, mass=2.573)
+    wanted = lobex.simulate_turning(mode, lobex.Linear(1.5e9), 5000 / 60, 1e-4, 1e-4, 2, 128)
+    found = lobex.load(tmp_path / "turning-march.nc")
+    np.testing.assert_allclose(found.displacement[0], wanted.displacement, rtol=1e-12)
+
+
 def test_one_value_will_do():
     np.testing.assert_array_equal(parse_grid("rpm", "6000", "rpm"), [6000])
 
@@ -197,6 +213,8 @@ def test_the_shell_computes_what_the_library_computes(shell, tmp_path):
         (("wobble",), "wobble"),
         (("orbit",), "milling"),
         (("orbit", "turning"), "turning"),
+        (("lobes", "milling", "--gain", "0:5ft:3"), "gain = '5ft' is no length"),
+        (("recommend", "milling", "--gain", "6mm"), "gain = '6mm' is not low:high"),
         (("orbit", "milling", "--feed", "0"), "feed_per_tooth = 0"),
         (("orbit", "milling", "--feed", "0.1 parsec"), "feed = '0.1 parsec' is no length"),
         (("orbit", "milling", "--rpm", "5e3:6e3:9"), "9 points; give at most 6"),

@@ -154,7 +154,7 @@ def test_lines_that_are_computed_end_well(seed, tmp_path):
         ("lobes rub --store s --processes 2147483648", "at most 256"),
         ("lobes rub --nodes x", "--nodes: 'x' is not a whole number"),
         ("lobes rub --steps 1.5", "--steps: '1.5' is not a whole number"),
-        ("march turning --feed x", "--feed: 'x' is not a number"),
+        ("march turning --feed x", "feed = 'x' is no length"),
         ("wear --stiffness None", "--stiffness: 'None' is not a number"),
     ],
 )

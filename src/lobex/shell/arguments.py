@@ -179,13 +179,13 @@ class Milling:
 
     The defaults are §3.4's tool and grid.
 
-    Example: lobex lobes milling --rpm 2000:25000:301 --gain 0:5e-3:301 --teeth 1 --radial-immersion 0.5
+    Example: lobex lobes milling --rpm 2000:25000:301 --gain 0:5mm:301 --teeth 1 --radial-immersion 0.5
     """
 
     rpm: Range = "2000:25000:301"
     """Spindle speeds, rpm."""
-    gain: Range = "0:5e-3:301"
-    """Axial depths of cut b, m."""
+    gain: Range = "0:5mm:301"
+    """Axial depths of cut b, m, or with a unit."""
     tool_file: _ToolFile = None
     """TOML file of a tool: cutter, modes and forces, in place of their flags (docs/howto/cutters.md)."""
     teeth: Annotated[int | None, count_hint("1, or those of --pitch")] = None
@@ -220,13 +220,13 @@ class Turning:
 
     The tool's defaults are §3.4's.
 
-    Example: lobex lobes turning --rpm 2000:12000:301 --gain 0:5e-4:301 --radial 2e8
+    Example: lobex lobes turning --rpm 2000:12000:301 --gain 0:0.5mm:301 --radial 2e8
     """
 
     rpm: Range = "2000:12000:301"
     """Spindle speeds, rpm."""
-    gain: Range = "0:5e-4:301"
-    """Depths of cut b, m."""
+    gain: Range = "0:0.5mm:301"
+    """Depths of cut b, m, or with a unit."""
     tool_file: _ToolFile = None
     """TOML file of a tool, whose modes and normal force these are, in place of their flags (docs/howto/cutters.md)."""
     radial: float = 2e8

@@ -25,13 +25,13 @@ def _no_limit(metavar: str = "FLOAT") -> Any:
 class OrbitMilling(arguments.Milling):
     """The periodic motion that a stable cut comes to, with its forces, torque, power and the wall that it leaves.
 
-    Example: lobex orbit milling --tool docs/howto/tool.toml --rpm 5400 --gain 2e-3 --feed 0.1mm
+    Example: lobex orbit milling --tool docs/howto/tool.toml --rpm 5400 --gain 2mm --feed 0.1mm
     """
 
     rpm: _Points = "20000"
     """Spindle speeds, rpm."""
-    gain: _Points = "2e-4"
-    """Axial depths of cut b, m."""
+    gain: _Points = "0.2mm"
+    """Axial depths of cut b, m, or with a unit."""
     feed: Annotated[str, _Length] = "0.1mm"
     """Feed per tooth, m, or with a unit."""
     discretization: _Fixed = _DISCRETIZATION
@@ -44,13 +44,13 @@ class OrbitMilling(arguments.Milling):
 class RecommendMilling(arguments.Milling):
     """The cuts of highest removal rate that keep all limits, with the margins that are left.
 
-    Example: lobex recommend milling --tool docs/howto/tool.toml --rpm 3000:9000 --gain 1e-4:6e-3 --power 2000
+    Example: lobex recommend milling --tool docs/howto/tool.toml --rpm 3000:9000 --gain 0.1:6mm --power 2000
     """
 
     rpm: _Ends = "3000:12000"
     """Lowest and highest spindle speed, rpm."""
-    gain: _Ends = "1e-4:5e-3"
-    """Smallest and largest axial depth of cut b, m."""
+    gain: _Ends = "0.1:5mm"
+    """Smallest and largest axial depth of cut b, m, or with a unit."""
     feed: Annotated[str, _Length] = "0.1mm"
     """Feed per tooth, m, or with a unit."""
     power: Annotated[float | None, _no_limit()] = None

@@ -10,7 +10,7 @@ import numpy as np
 from lobex import _checks
 from lobex.shell import arguments
 from lobex.shell.from_measured import modes_measured
-from lobex.shell.values import parse_grid
+from lobex.shell.values import in_metres, parse_grid
 
 Parse = Callable[[str, str, str], np.ndarray]
 
@@ -21,12 +21,17 @@ def speeds_and_gains(flags: Any, parse: Parse = parse_grid) -> tuple[np.ndarray,
     unit = "rpm" if name == "rpm" else "Hz"
     speed = parse(name, speed_text(flags), unit)
     _checks.positive(name, speed, unit)
-    return speed / scale, parse("gain", flags.gain, "SI units")
+    return speed / scale, parse("gain", gain_text(flags), "SI units")
 
 
 def speed_text(flags: Any) -> str:
     """What was said for the speeds."""
     return flags.rpm if hasattr(flags, "rpm") else flags.speed
+
+
+def gain_text(flags: Any) -> str:
+    """What was said for the gains, in SI units: depths of cut may have others."""
+    return in_metres("gain", flags.gain) if hasattr(flags, "rpm") else flags.gain
 
 
 def output_files(flags: Any, endings: tuple[str, ...]) -> list[Path]:

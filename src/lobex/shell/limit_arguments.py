@@ -43,11 +43,11 @@ class LimitRub(Rub):
 class LimitMilling(Milling):
     """Milling with a flexible tool; the defaults are §3.4's.
 
-    Example: lobex limit milling --rpm 2000:25000:301 --gain 0:5e-3:65 --nodes 24
+    Example: lobex limit milling --rpm 2000:25000:301 --gain 0:5mm:65 --nodes 24
     """
 
-    gain: Range = "0:5e-3:65"
-    """Smallest and largest depth of cut b, m, and how many depths the scan between them takes."""
+    gain: Range = "0:5mm:65"
+    """Smallest and largest depth of cut b, m, or with a unit, and how many depths the scan between them takes."""
 
     sensitivity: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
     """Also d ln limit / d ln p for every number p given here: to PATH-sensitivity.csv and .png, and into PATH.nc."""
@@ -61,11 +61,11 @@ class LimitMilling(Milling):
 class LimitTurning(Turning):
     """Turning with a flexible tool.
 
-    Example: lobex limit turning --rpm 2000:12000:301 --gain 0:5e-4:65
+    Example: lobex limit turning --rpm 2000:12000:301 --gain 0:0.5mm:65
     """
 
-    gain: Range = "0:5e-4:65"
-    """Smallest and largest depth of cut b, m, and how many depths the scan between them takes."""
+    gain: Range = "0:0.5mm:65"
+    """Smallest and largest depth of cut b, m, or with a unit, and how many depths the scan between them takes."""
 
     exact: Annotated[bool, tyro.conf.FlagCreatePairsOff] = False
     """In closed form (D-subdivision), at every gain; --gain and the discretization are not used then."""

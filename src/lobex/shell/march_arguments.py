@@ -47,13 +47,13 @@ class MarchRub(arguments.Rub):
 class MarchMilling(arguments.Milling):
     """Milling with a flexible tool around its steady vibration; it starts from a deflection.
 
-    Example: lobex march milling --rpm 8000 --gain 5e-4,2e-3 --periods 40
+    Example: lobex march milling --rpm 8000 --gain 0.5,2mm --periods 40
     """
 
     rpm: _Points = "8000"
     """Spindle speeds, rpm."""
-    gain: _Points = "5e-4,2e-3"
-    """Axial depths of cut b, m."""
+    gain: _Points = "0.5,2mm"
+    """Axial depths of cut b, m, or with a unit."""
     periods: int = 40
     """Tooth passes to march."""
     steps: int = 1000
@@ -72,23 +72,21 @@ class MarchTurning(arguments.Turning):
 
     With --feed the tool may leave the cut and meets what all earlier passes left.
 
-    Example: lobex march turning --rpm 5000 --gain 5e-5,4e-4 --feed 1e-4 --periods 60
+    Example: lobex march turning --rpm 5000 --gain 0.05,0.4mm --feed 0.1mm --periods 60
     """
 
     rpm: _Points = "5000"
     """Spindle speeds, rpm."""
-    gain: _Points = "5e-5,4e-4"
-    """Depths of cut b, m."""
+    gain: _Points = "0.05,0.4mm"
+    """Depths of cut b, m, or with a unit."""
     periods: int = 60
     """Revolutions to march."""
     steps: int = 1000
     """Time steps per revolution."""
     start: float = 1e-6
     """Deflection of the tool until t = 0, m; with --feed it is not deflected."""
-    feed: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="(default: around the mean)")] = (
-        None
-    )
-    """Feed per revolution h₀, m."""
+    feed: Annotated[str | None, tyro.conf.arg(metavar="LENGTH", help_behavior_hint="(default: around the mean)")] = None
+    """Feed per revolution h₀, m, or with a unit."""
     discretization: _Fixed = _DISCRETIZATION
     storage: _Unstored = _STORAGE
 

@@ -55,11 +55,15 @@ def _points(flags: MarchFlags) -> tuple[np.ndarray, np.ndarray]:
 def _run(flags: MarchFlags, process: Any, speed: np.ndarray, gain: np.ndarray) -> tuple[Any, np.ndarray | None]:
     """The result, and its growth per period where it has one."""
     if isinstance(flags, MarchTurning) and flags.feed is not None:
+        from lobex._lengths import metres
         from lobex.contact.laws import Linear
         from lobex.marches.turning import simulate_turning
 
-        law = Linear(flags.radial)
-        return simulate_turning(process.modes, law, speed, gain, flags.feed, flags.periods, flags.steps), None
+        for name in ("process_damping", "speed_variation"):
+            if getattr(process, name) is not None:
+                raise ValueError(f"feed = {flags.feed!r} with a {name} of the tool's file; drop one of the two")
+        law, feed = Linear(process.radial), metres("feed", flags.feed)
+        return simulate_turning(process.modes, law, speed, gain, feed, flags.periods, flags.steps), None
     from lobex.marches.delay import march_delay
 
     history, state = _start(flags, process, speed)

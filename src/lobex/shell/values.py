@@ -1,5 +1,6 @@
 """From the text of a flag to numbers: a range, one value, or several with commas."""
 
+import re
 from typing import Annotated, Any
 
 import numpy as np
@@ -7,7 +8,9 @@ import tyro
 from tyro.constructors import PrimitiveConstructorSpec
 
 from lobex import _checks
+from lobex._lengths import metres
 
+_UNIT = re.compile(r"[\d.]\s*(?!e\s*$)([a-zµμ]+)\s*$")
 _MOST_VALUES = 1_000_000
 
 
@@ -54,6 +57,24 @@ def parse_axes(words: tuple[str, ...]) -> dict[str, dict[str, np.ndarray]]:
             raise ValueError(f"over names {name!r} twice; give all its values at once")
         axes[name] = parse_grid(f"over[{name!r}]", values, "")
     return {"over": axes} if axes else {}
+
+
+def in_metres(name: str, text: str) -> str:
+    """The text of a range or of values with lengths in metres: they have units, or one of them has that of all, as in
+    0.1:6mm:41; without any they are metres.
+    """
+    parts = text.split(":" if is_range(text) else ",")
+    lengths = parts[:2] if is_range(text) else parts
+    units = [found[1] if (found := _UNIT.search(part)) else "" for part in lengths]
+    said = {unit for unit in units if unit}
+    if not said:
+        return text
+    for part, unit in zip(lengths, units, strict=True):
+        if unit:
+            metres(name, part)
+    of_all = said.pop() if len(said) == 1 else ""
+    plain = [repr(metres(name, part if unit else part + of_all)) for part, unit in zip(lengths, units, strict=True)]
+    return (":" if is_range(text) else ",").join(plain + parts[len(plain) :])
 
 
 def is_range(text: str) -> bool:
