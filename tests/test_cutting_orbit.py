@@ -233,6 +233,7 @@ def test_a_march_comes_to_the_torque_of_the_orbit(stepped):
 @pytest.mark.slow
 def test_result_of_a_cut_is_drawn_and_told(stepped):
     assert "mean power" in repr(stepped)
+    assert f" rpm\n  gain             {1e3 * DEEP:.6g} mm (depth of cut b)\n  displacement" in repr(stepped)
     assert len(stepped.plot_cut().axes) == 3
     assert stepped.plot_wall().get_xlabel().startswith("material left")
     with pytest.raises(ValueError, match="lane = 1 is none of the 1 lanes; give 0 to 0"):

@@ -28,6 +28,7 @@ def test_a_march_survives_its_file(tmp_path):
         assert np.array_equal(getattr(back, name), getattr(march, name)), name
     assert repr(back) == repr(march)
     assert "4 lanes, 4 periods of 300 steps" in repr(march)
+    assert "85 to 112 Hz\n  gain             0.45 to 1.35 MN/m (contact stiffness K_e)" in repr(march)
 
 
 def test_a_march_plots_its_lanes():
@@ -61,7 +62,7 @@ def test_the_shell_marches_what_the_library_marches(here, capsys):
     assert march.displacement == pytest.approx(exact.displacement, rel=1e-9)
     printed = capsys.readouterr().out
     radius = lobex.spectral_radius(ROD, 112.0, 1.35e6)
-    assert f"K_e = 1.35e+06 N/m: growth {march.growth[1]:.6f} per period, predicted max|μ| {radius:.6f}" in printed
+    assert f"K_e = 1.35 MN/m: growth {march.growth[1]:.6f} per period, predicted max|μ| {radius:.6f}" in printed
     assert "unstable" in printed
 
 

@@ -286,3 +286,5 @@ def test_stable_at_any_depth_below_the_critical_speed_alone():
         assert above.gain[i] == pytest.approx(lowest, rel=1e-4)
         assert limit.status[i] == ("found" if lowest < 1.1e-3 else "none in range")
     assert {"stable at any gain", "found", "none in range"} == set(limit.status)
+    told = above.plot().axes[0].get_legend_handles_labels()[1]
+    assert "stable at any depth of cut" in told

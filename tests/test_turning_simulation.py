@@ -179,6 +179,7 @@ def test_a_cut_survives_its_file(cut, tmp_path):
         assert np.array_equal(getattr(back, name), getattr(cut, name)), name
     assert repr(back) == repr(cut)
     assert "4 lanes, 60 revolutions of 600 steps" in repr(cut)
+    assert f"{60 * SPEED:.6g} rpm\n" in repr(cut)
 
 
 def test_a_cut_plots_its_histories(cut):

@@ -8,7 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from lobex.plots.frame import frequency_label, gain_label, legend_above, one_of, several_of, speed_axis
-from lobex.results.codes import Kind
+from lobex.results.codes import Kind, Status
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -55,6 +55,8 @@ def _panels_of(limit: "Limit", axes: Any, speed_unit: str | None, band: Band | N
         lower.plot(speed[here], frequency[here], **style)
     for start, stop in _broken(limit.lobe[order], kinds):
         lower.plot(speed[start:stop], frequency[start:stop], color="0.25", linewidth=0.6)
+    if not np.isfinite(frequency).any():
+        lower.set_yticks([])
     top = limit.bounds[1] / limit.quantity.scale
     if np.isfinite(gain).any():
         # A band of first order shoots up beside a cusp; the limit is what must be seen.
@@ -112,6 +114,8 @@ def _draw_gain(
     speed, gain = limit.speed[order] * scale, limit.gain[order] / limit.quantity.scale
     if shaded:
         _shade(ax, speed, limit.intervals[order] / limit.quantity.scale)
+        always = np.asarray(limit.status_code)[order] == Status.STABLE_AT_ANY_GAIN
+        _hatch(ax, speed, always, f"stable at any {limit.quantity.name}")
     if band is not None:
         low, high = (edge[order] / limit.quantity.scale for edge in band[:2])
         ax.fill_between(speed, low, high, color=BAND, alpha=0.75, linewidth=0, label=band[2])
@@ -167,6 +171,18 @@ def _shade(axes: "Axes", speed: np.ndarray, intervals: np.ndarray) -> None:
             low, high = (np.pad(intervals[start:stop, k, end], 1, mode="edge") for end in (0, 1))
             axes.fill_between(x, low, high, color=STABLE, linewidth=0, label=label)
             label = None
+
+
+def _hatch(axes: "Axes", speed: np.ndarray, always: np.ndarray, name: str) -> None:
+    """Hatch where no gain is too large, whatever the bounds are."""
+    if len(speed) < 2:
+        return
+    edges = np.r_[speed[0], (speed[1:] + speed[:-1]) / 2, speed[-1]]
+    changes = np.flatnonzero(np.diff(np.pad(always.astype(int), 1)))
+    for number, (start, stop) in enumerate(changes.reshape(-1, 2)):
+        label = name if number == 0 else None
+        style = {"facecolor": STABLE, "edgecolor": "white", "hatch": "//", "linewidth": 0}
+        axes.axvspan(edges[start], edges[stop], label=label, **style)
 
 
 def _broken(lobe: np.ndarray, kind: np.ndarray) -> list[tuple[int, int]]:

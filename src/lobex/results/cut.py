@@ -5,10 +5,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lobex._by_name import by_name
+from lobex.processes.quantity import DEPTH_OF_CUT
 from lobex.results.description import in_words, wall_time
 from lobex.results.fields import Array, Coordinate, field
 from lobex.results.march import span
 from lobex.results.result import Result
+from lobex.results.units import shown_gain, shown_span, shown_speed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -71,9 +73,9 @@ class Cut(Result, form="lobex cut 2"):
         lost = int(np.isnan(self.state).any(axis=-1).sum())
         lines = [
             f"Cut: {self.speed.size} lanes, {self.phase[-1]:.0f} revolutions of {self.steps_per_revolution} steps",
-            f"  speed            {span(self.speed)} Hz",
-            f"  depth of cut     {span(self.depth)} m",
-            f"  feed             {self.feed:.6g} m per revolution",
+            f"  speed            {shown_span(self.speed, lambda speed: shown_speed(speed, 'rpm'))}",
+            f"  depth of cut     {shown_span(self.depth, lambda depth: shown_gain(depth, DEPTH_OF_CUT))}",
+            f"  feed             {1e3 * self.feed:.6g} mm per revolution",
             f"  law              {in_words(self.law)} per depth",
             f"  last revolution  amplitude {span(self.amplitude)} m, out of the cut for {span(self.separation)} of it",
             f"  largest force    {span(np.nanmax(self.force, axis=-1, initial=0.0))} N",

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lobex._by_name import by_name
-from lobex.processes.quantity import hertz
 from lobex.results.description import wall_time
 from lobex.results.fields import Array, Coordinate, field, in_gain, in_hertz
 from lobex.results.result import OfProcess
+from lobex.results.units import shown_gain, shown_span, shown_speed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -62,12 +62,13 @@ class March(OfProcess, form="lobex march 2"):
         return self.delay[..., None] * self.phase
 
     def __repr__(self) -> str:
-        unit, steps = self.quantity.unit, self.delay / self.steps_per_period
+        steps = self.delay / self.steps_per_period
         lines = [
             f"March of {self.process['type']}: {self.speed.size} lanes, {self.phase[-1]:.0f} periods of "
             f"{self.steps_per_period} steps",
-            f"  speed            {span(self.speed)}{hertz(self.speed_unit)}",
-            f"  gain             {span(self.gain)} {unit} ({self.quantity.name} {self.quantity.symbol})",
+            f"  speed            {shown_span(self.speed, lambda speed: shown_speed(speed, self.speed_unit))}",
+            f"  gain             {shown_span(self.gain, lambda gain: shown_gain(gain, self.quantity))}"
+            f" ({self.quantity.name} {self.quantity.symbol})",
             f"  time step        {span(steps)} s",
             f"  growth           {span(self.growth)} per period, fitted to {_worst(self.growth_error)}",
             f"  displacement     {self.displacement.shape}, {self.displacement.nbytes / 1e6:.3g} MB",

@@ -6,12 +6,12 @@ import numpy as np
 
 from lobex._by_name import by_name
 from lobex._namespace import namespace
-from lobex.processes.quantity import hertz
 from lobex.results.codes import OrbitStatus
 from lobex.results.description import doubts, in_words, wall_time
 from lobex.results.fields import Array, Codes, Coordinate, field, in_gain, in_hertz
 from lobex.results.march import displacement_unit, span
 from lobex.results.result import OfProcess
+from lobex.results.units import shown_gain, shown_span, shown_speed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -73,12 +73,14 @@ class Orbit(OfProcess, form="lobex orbit 1"):
         return OrbitStatus.words_of(self.status_code)
 
     def __repr__(self) -> str:
-        unit = "" if self.quantity.unit == "1" else f" {self.quantity.unit}"
+        unit = displacement_unit(self)
+        size = "" if unit == "1" else f" {unit}"
         lines = [
             f"Orbit of {self.process['type']}: {self.speed.size} lanes, {len(self.phase)} samples of the period",
-            f"  speed            {span(self.speed)}{hertz(self.speed_unit)}",
-            f"  gain             {span(self.gain)}{unit} ({self.quantity.name} {self.quantity.symbol})",
-            f"  displacement     {span(self.displacement)}, {self.displacement.shape}",
+            f"  speed            {shown_span(self.speed, lambda speed: shown_speed(speed, self.speed_unit))}",
+            f"  gain             {shown_span(self.gain, lambda gain: shown_gain(gain, self.quantity))}"
+            f" ({self.quantity.name} {self.quantity.symbol})",
+            f"  displacement     {span(self.displacement)}{size}, {self.displacement.shape}",
             f"  spectral radius  {span(self.spectral_radius)}",
             f"  method           {in_words(self.method)}",
             f"  wall time        {wall_time(self, self.speed.size, 'lane')}",

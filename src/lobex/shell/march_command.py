@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lobex import _checks
-from lobex.processes.quantity import hertz
+from lobex.processes.quantity import quantity_of
+from lobex.results.units import shown_gain, shown_speed
 from lobex.shell.from_flags import output_files, process_of, speeds_and_gains
 from lobex.shell.march_arguments import MOST_LANES, March, MarchFlags, MarchRub, MarchTurning
 from lobex.shell.pictures import drawn
@@ -87,13 +88,11 @@ def _comparison(
     process: Any, speed: np.ndarray, gain: np.ndarray, growth: np.ndarray | None, predicted: np.ndarray
 ) -> list[str]:
     """One line per lane: what was found beside what the monodromy operator says."""
-    from lobex.marches.march_lanes import in_unit
-
-    factor, unit = (60, " rpm") if process.speed_unit == "rpm" else (1, hertz(process.speed_unit))
     rows = []
     for lane, radius in enumerate(predicted):
         found = "" if growth is None else f"growth {growth[lane]:.6f} per period, "
-        point = f"{speed[lane] * factor:.6g}{unit}, {process.gain.symbol} = {in_unit(gain[lane], process.gain.unit)}"
+        size = shown_gain(gain[lane], quantity_of(process))
+        point = f"{shown_speed(speed[lane], process.speed_unit)}, {process.gain.symbol} = {size}"
         rows.append(f"  at {point}: {found}predicted max|μ| {radius:.6f}, {'unstable' if radius > 1 else 'stable'}")
     return rows
 
