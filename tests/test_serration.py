@@ -87,6 +87,24 @@ def _extrapolated(tool):
     return fine + (fine - coarse) / 3
 
 
+@pytest.mark.slow
+def test_a_limit_is_that_of_brute_force_and_marches_beside_it_grow_as_multipliers_say():
+    process = serrated({**RANDOM, "phase_degrees": [0.0, 180.0]}, 2)
+    limit = lobex.critical_gain(process, [SPEED], (6e-3, 7.5e-3), METHOD, scan=3)
+    coarse, fine = (
+        radius(described(process, 0.0), SPEED, limit.gain[0], steps, 2003, 4000 // steps) for steps in (384, 768)
+    )
+    assert fine + (fine - coarse) / 3 == pytest.approx(1, abs=1e-3)
+    for depth in (0.98 * limit.gain[0], 1.02 * limit.gain[0]):
+        apart = [
+            lobex.march_delay(process, SPEED, depth, lambda time: np.full((*time.shape, 2), 1e-6), 40, steps).growth
+            - lobex.spectral_radius(process, SPEED, depth, METHOD)
+            for steps in (1000, 2000)
+        ]
+        assert np.abs(apart[1]) < 2e-4
+        assert apart[0] / apart[1] == pytest.approx(4, rel=0.2)
+
+
 @pytest.mark.parametrize("helix", [None, pytest.param(30.0, marks=pytest.mark.slow)])
 def test_teeth_of_which_each_stands_back_where_others_cut_are_one_tooth(helix):
     # Of opposite waves far higher than the feed each tooth cuts half of the heights, alone: of whole waves as one tooth

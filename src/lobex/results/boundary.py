@@ -12,6 +12,7 @@ from lobex.results.description import in_words, wall_time
 from lobex.results.fields import Array, Attribute, Codes, Fields, Parts, declared_of, field, in_gain, in_hertz
 from lobex.results.result import OfProcess
 from lobex.results.stored import Stored
+from lobex.results.units import shown_gain, shown_range, shown_speed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -110,8 +111,8 @@ class Boundary(OfProcess, form="lobex boundary 2"):
         lines = [
             f"Boundary of {self.process['type']}: {len(self)} curves, {closed} of them closed, "
             f"{sum(len(c.speed) for c in self)} vertices",
-            f"  speed            {self.bounds[0]:.6g} to {self.bounds[1]:.6g}{hertz(self.speed_unit)}",
-            f"  gain             {self.bounds[2]:.6g} to {self.bounds[3]:.6g} {self.quantity.unit}"
+            f"  speed            {shown_range(*(shown_speed(end, self.speed_unit) for end in self.bounds[:2]))}",
+            f"  gain             {shown_range(*(shown_gain(end, self.quantity) for end in self.bounds[2:]))}"
             f" ({self.quantity.name} {self.quantity.symbol})",
             f"  residual         |log max|μ|| ≤ {self.residual:.1e}, {self.dropped} vertices dropped, "
             f"{self.unresolved} chords unresolved",
