@@ -175,6 +175,17 @@ def test_modes_over_speed_are_those_of_their_table_and_lines_between():
     assert np.isnan(np.asarray(outside)).all()
 
 
+def test_a_limit_of_milling_is_that_of_the_modes_at_each_speed():
+    rows = [lobex.Modes.single(frequency=frequency, damping_ratio=0.03, mass=1.0) for frequency in (563.6, 540.0)]
+    table = lobex.ModesOverSpeed.from_modes([80.0, 120.0], rows)
+    cut, search = {"tangential": 6.79e8, "normal": 1.7e8, "radial_immersion": 0.5}, {"bounds": (1e-4, 3e-2), "scan": 9}
+    limit = lobex.critical_gain(lobex.Milling(table, 4, **cut), [90.0, 110.0], **search)
+    assert list(limit.status) == ["found", "found"]
+    for speed, gain in zip(limit.speed, limit.gain, strict=True):
+        there = lobex.critical_gain(lobex.Milling(table.at(speed), 4, **cut), [speed, speed + 1], **search)
+        assert gain == pytest.approx(there.gain[0], rel=1e-10)
+
+
 ONE = lobex.Modes.single(frequency=50.0, damping_ratio=0.02, mass=1.0)
 TWO = lobex.Modes.plane(x=ONE, y=ONE)
 MIXED = lobex.Modes.from_poles([-1.0 + 50.0j], [1e-3 - 1e-2j])

@@ -111,11 +111,12 @@ coefficients_at = either_way(_coefficients_at)
 with_errors = either_way(_with_errors, "densely", "several", "samples", "frequencies")
 
 
-def compile_longer(process: Process, points: int) -> bool:
-    """Whether operators take longer to compile than to compute at so many points, which are few then: of blades that
-    are coupled, and others with many states in a block.
+def compile_longer(process: Process, speed: np.ndarray, gain: np.ndarray) -> bool:
+    """Whether operators take longer to compile than to compute at each speed, Hz, with each gain, which are few then:
+    of blades that are coupled, and others with many states in a block.
     """
-    return points < _FEW and np.shape(process.system(1.0, 0.0).blocks)[1] > 2
+    few = 0 < speed.size * gain.size < _FEW
+    return few and np.shape(process.system(float(speed[0]), float(gain[0])).blocks)[1] > 2
 
 
 def few_of_each(row: np.ndarray, few: int) -> np.ndarray:

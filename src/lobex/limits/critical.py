@@ -177,7 +177,7 @@ def _leave_undefined(process: Process, speeds: np.ndarray, parts: dict[str, np.n
 def _by_operator(
     process: Process, speeds: np.ndarray, gains: np.ndarray, method: Method, progress: bool
 ) -> tuple[dict[str, np.ndarray], str]:
-    quickly = compile_longer(process, len(speeds) * len(gains))
+    quickly = compile_longer(process, speeds, gains)
     scan = scan_gains(process, method, speeds, gains, progress, quickly)
     changes = polished(process, method, speeds, scan.brackets, quickly)
     unsure = np.isnan(changes.gain)
