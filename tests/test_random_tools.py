@@ -22,6 +22,8 @@ EARNED, ROUNDING = 4.0, 1e-8
 MOST, FITTED = 0.8, 3e-4
 # Of the tip, relative to the largest displacement, at half as many steps.
 PATH = 1e-4
+# What is left after a turn of what is not the orbit, of which the march tells that at most.
+DECAYED = 0.8
 METHOD = lobex.Duhamel(nodes=36)
 
 # Teeth, even pitch, modes, helix: each is a program of its own.
@@ -280,15 +282,13 @@ def test_thirty_marches_grow_as_the_multipliers_say():
     assert np.all(off < FITTED), off
 
 
-# Every uneven pitch is a program of its own, and those of orbits take long.
-@pytest.mark.filterwarnings("ignore:.*leaves the cut")
-@pytest.mark.slow
-def test_a_march_comes_to_the_orbit():
-    made = tools(SHAPES[1:2], 2, 0)
+def off_the_orbit(made):
+    """How far the motions that marches of few and many steps come to are from the orbits, over the largest
+    displacement, (2, tools), and what is left of anything else after a turn, (tools,)."""
     coarse, fine = March(made, STEPS // 4), March(made, STEPS // 2)
     share = 0.1
     found = [orbit_of(march, share) for march in (coarse, fine)]
-    off = np.zeros((2, len(made)))
+    off, left = np.zeros((2, len(made))), np.zeros(len(made))
     for lane, tool in enumerate(made):
         process = process_of(tool)
         for case, march in enumerate((coarse, fine)):
@@ -296,5 +296,26 @@ def test_a_march_comes_to_the_orbit():
             phase = march.time[lane, round(share * steps)] * process.cutter.alike
             motion = lobex.orbit(process, tool["speed"], tool["depth"], METHOD, phase=[phase])
             off[case, lane] = np.abs(found[case][lane] - motion.displacement[0]).max() / motion.peak.max()
+            left[lane] = float(motion.spectral_radius) ** process.cutter.alike
+    return off, left
+
+
+@pytest.mark.filterwarnings("ignore:.*leaves the cut")
+@pytest.mark.slow
+def test_a_march_comes_to_the_orbit():
+    off, _ = off_the_orbit(tools(SHAPES[1:2], 2, 0))
     assert off[1].max() < PATH, off
     assert np.median(off[0] / np.maximum(off[1], ROUNDING)) > FALLS, off
+
+
+# Every uneven pitch is a program of its own, and those of orbits take long: few of them.
+@pytest.mark.filterwarnings("ignore:.*leaves the cut", "ignore:.*are unstable")
+@pytest.mark.search
+def test_thirty_marches_come_to_the_orbit():
+    counts = zip(SHAPES, (2, 15, 2, 15), (4, 2, 5, 3), strict=True)
+    off, left = off_the_orbit([tool for shape, each, seed in counts for tool in tools([shape], each, seed)])
+    off = off[:, left < DECAYED]
+    assert off.shape[1] >= 30
+    # All of it is of the steps, of which a tool that takes many waves a turn has too few.
+    assert np.all(off[1] < np.maximum(off[0] / EARNED, ROUNDING)), (off, left)
+    assert np.median(off[1]) < PATH / 4, off
