@@ -105,6 +105,8 @@ CLAIMS = {
     "cutters.md": lambda n: (
         n["limit"].gain[0] == pytest.approx(3.86853673567e-3, rel=1e-9)
         and n["slow"][1] < n["slow"][0]
+        and n["worn"].coefficient == pytest.approx(4.8e5)
+        and list(n["told"]) == ["stable at any gain", "found"]
         and n["slot"].edge[0] == pytest.approx(0.25 * 1.6e9 * 0.08**-0.25 * 8e-5)
         and n["deepest"][1] == pytest.approx(0.171278676078 * (200 * np.pi) ** 2 / 1.5e9, rel=1e-8)
     ),
