@@ -315,6 +315,32 @@ def acting_and_waiting() -> Iterator[Problem]:
         yield closed(f"act and wait {b}", "jumps of several", ACT_AND_WAIT, 1.0, b, value, "jumps", 1e-12)
 
 
+def since_sample(late, t, speed, gain):
+    """A value taken at t = 0 and 0.37 of a period of 1, and held from then on, comes into force by ``late``."""
+    return late + jnp.where(t < 0.37, t, t - 0.37)
+
+
+def sampling() -> Iterator[Problem]:
+    """ẋ = a x + b x(t_k − 0.2) between samples t_k at 0 and 0.37 of a period of 1: exact from sample to sample."""
+    for a, b in ((1.4, -2.2), (0.4, -1.1)):
+        process = lobex.LinearDelay(
+            a,
+            [(Partial(times, np.eye(1)), Partial(since_sample, 0.2))],
+            period=1.0,
+            breaks=[0.0, 0.37],
+            delay_range=(0.2, 0.83),
+        )
+
+        def held(time: float, a: float = a, b: float = b) -> list[float]:
+            return [np.exp(a * time), b * np.expm1(a * time) / a]
+
+        # Of x at a sample, and 0.2 before it.
+        whole = np.array([held(0.63), held(0.63 - 0.2)]) @ np.array([held(0.37), held(0.37 - 0.2)])
+        values = np.linalg.eigvals(whole)
+        values = values[np.argsort(-np.abs(values))]
+        yield closed(f"sampled {b}", "sampled", process, 1.0, b, values, "jumps", 1e-12)
+
+
 KT, KN = 6.79e8, 1.73824e8
 PLANE = lobex.Modes.plane(
     x=lobex.Modes.single(frequency=563.6, damping_ratio=0.0558, mass=1.4986),
@@ -363,7 +389,7 @@ def closed(
 
 
 GROUPS = (scalars, of_codes, undamped_mathieu, periodic_scalars, scalars_of_two_periods, own_mathieu)
-GROUPS += (speed_variation, first_orders, dampers, turning, acting_and_waiting, cutters, even_pitch)
+GROUPS += (speed_variation, first_orders, dampers, turning, acting_and_waiting, sampling, cutters, even_pitch)
 PROBLEMS = tuple(problem for group in GROUPS for problem in group())
 KINDS = tuple(dict.fromkeys(problem.kind for problem in PROBLEMS))
 

@@ -9,14 +9,15 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from jax.tree_util import Partial
+from scipy.special import lambertw
 
 import lobex
 from lobex._pytree import pytree
 from lobex.processes.quantity import PLAIN_GAIN, Quantity
-from lobex.systems.coefficients import Constant, Function
-from lobex.systems.delays import ConstantDelay, Varying
+from lobex.systems.coefficients import Constant, Function, Piece
+from lobex.systems.delays import ConstantDelay, Varying, WholePeriod
 from lobex.systems.system import DelaySystem
-from lobex.systems.terms import Delayed, Present, Regenerative
+from lobex.systems.terms import Delayed, Forcing, Present, Regenerative
 
 SPEEDS, GAINS = [1.0, 2.0], [0.25, 0.5]
 BOUNDS = 0.25, 0.5
@@ -42,7 +43,8 @@ def lag(numbers, t, speed, gain):
 
 
 def jumping(t, speed, gain):
-    return jnp.reshape(gain * (t > 0.3), (1, 1))
+    """At three tenths of a period of ``turn`` by 1."""
+    return jnp.reshape(gain * (t > 0.3 * (3 - speed)), (1, 1))
 
 
 def nowhere(t, speed, gain):
@@ -238,7 +240,32 @@ FORMS = {
         delayed_by(lambda t, s, g: 0.5 if t < 0.5 else 1.0),
         r"traced by JAX \(TracerBoolConversionError",
     ),
-    "no terms": (lambda s, g: {"terms": ()}, "its system has 0 terms"),
+    "no terms": (lambda s, g: {"terms": ()}, "its system has 0 terms that answer the motion"),
+    "forcing alone": (lambda s, g: {"terms": (Forcing(Constant(jnp.ones((1, 1)))),)}, "its system has 0 terms that"),
+    "coefficient for a term": (
+        lambda s, g: {"terms": (Constant(jnp.ones((1, 1))),)},
+        r"its terms\[0\] has a Constant; give a Present, Delayed",
+    ),
+    "array for a coefficient": (
+        lambda s, g: {"terms": (Delayed(np.ones((1, 1))),)},
+        r"its terms\[0\] has a ndarray; give a coefficient, such as Constant",
+    ),
+    "number for a delay": (
+        lambda s, g: {"terms": (Delayed(Constant(jnp.ones((1, 1))), 0.5),)},
+        r"its terms\[0\] has a float; give a delay, such as ConstantDelay",
+    ),
+    "complex matrix": (
+        lambda s, g: {"terms": (Delayed(Constant(jnp.full((1, 1), 1j))),)},
+        r"its terms\[0\].coefficient is of the type complex128; give real numbers",
+    ),
+    "complex structure": (
+        lambda s, g: {"blocks": jnp.full((1, 1, 1), -1 + 2j)},
+        "its blocks is of the type complex128; give real numbers",
+    ),
+    "whole numbers": (
+        lambda s, g: {"outputs": jnp.ones((1, 1, 1), dtype=int)},
+        "its outputs is of the type int64; give real numbers",
+    ),
     "range": (lambda s, g: {"longest": 0.1, "shortest": 0.5}, "shortest = 0.5 and longest = 0.1 periods; give"),
     "no system": (None, "its system is .*; return a DelaySystem"),
 }
@@ -265,6 +292,115 @@ def test_a_system_that_cannot_be_is_refused(fault, verb):
 )
 def test_functions_of_an_equation_are_refused_by_their_names(verb, function, message):
     refused(VERBS[verb], lobex.LinearDelay(-1.0, [(function, None)]), message)
+
+
+def early(t, speed, gain):
+    return gain * (t > 0.29 * (3 - speed))
+
+
+def other_period(t, speed, gain):
+    return gain * jnp.cos(t)
+
+
+def sampled(t, speed, gain):
+    return 0.2 + jnp.mod(t, 0.5 * (3 - speed))
+
+
+@pytest.mark.parametrize("verb", VERBS)
+@pytest.mark.parametrize(
+    ("changed", "place"),
+    [
+        ({"delayed": [(early, None)]}, "0.29"),
+        ({"delayed": [(other_period, None)], "breaks": []}, "0"),
+        ({"delayed": [(jumping, None)], "breaks": [0.3]}, "0"),
+        ({"delayed": [(1.0, sampled)]}, "0.5"),
+    ],
+)
+def test_jumps_that_no_break_names_are_refused(changed, place, verb):
+    bad = replace(GIVEN, **changed, delay_range=(0.1, 1.0))
+    refused(VERBS[verb], bad, rf"what follows the time jumps by [\d.]+ % at t/T = {place} at speed = .*; name it in")
+
+
+@pytree(static=("fault",))
+class Wave:
+    """1 + 0.5 cos 2πt/T, with a fault in one of its functions."""
+
+    value: float
+    fault: str = ""
+
+    @property
+    def constant(self) -> bool:
+        return self.fault == "constant"
+
+    def pieces(self):
+        return {
+            "pieces": (Piece(0.0, 0.5, False), Piece(0.5, 0.3, False)),
+            "idle": (Piece(0.0, 0.5, False), Piece(0.5, 0.5, True)),
+        }.get(self.fault, ())
+
+    def at(self, phase):
+        return self.value * (1 + 0.5 * jnp.cos(2 * jnp.pi * phase))[:, None, None]
+
+    def within(self, inside, phase):
+        return (2 if self.fault == "within" else 1) * self.at(phase)
+
+    def mean(self, start, stop):
+        exact = jnp.diff(jnp.sin(2 * jnp.pi * jnp.stack([start, stop])), axis=0)[0] / (4 * jnp.pi * (stop - start))
+        return (self.value * (1 + (0 if self.fault == "mean" else 1) * exact))[:, None, None]
+
+
+@pytree()
+class Lengthening(ConstantDelay):
+    """One that is said to be constant, and follows the time."""
+
+    def shares(self, phase, period):
+        return self.delay / period * (1 + 0.5 * jnp.cos(2 * jnp.pi * phase))
+
+
+@pytree()
+class Shorter(WholePeriod):
+    def shares(self, phase, period):
+        return jnp.full_like(phase, 0.5)
+
+
+@pytree()
+class Waving:
+    """x' = −x + g (1 + 0.5 cos 2πt) x(t − τ)."""
+
+    coefficient: Wave
+    delay: Any
+
+    gain: ClassVar[Quantity] = PLAIN_GAIN
+    speed_unit: ClassVar[str] = "1"
+
+    def system(self, speed, gain) -> Any:
+        one = jnp.ones((1, 1, 1))
+        terms = (Delayed(replace(self.coefficient, value=gain), self.delay),)
+        return DelaySystem(-one, one, one, jnp.asarray(1.0), terms, longest=1.0, shortest=0.1)
+
+
+@pytest.mark.parametrize("verb", ["sweep", "spectral_radius by nodes", "critical_gain", "march_delay"])
+@pytest.mark.parametrize(
+    ("process", "message"),
+    [
+        (Waving(Wave(1.0, "constant"), WholePeriod()), "says that it is constant, and is not at speed"),
+        (Waving(Wave(1.0, "pieces"), WholePeriod()), "has pieces that do not follow one another through a period"),
+        (Waving(Wave(1.0, "idle"), WholePeriod()), "is at work in a piece that it calls idle"),
+        (Waving(Wave(1.0, "within"), WholePeriod()), "is not the same by within as by at, inside of a piece"),
+        (Waving(Wave(1.0, "mean"), WholePeriod()), "has another mean than what its at gives"),
+        (Waving(Wave(1.0), Lengthening(0.5)), r"the delay of delayed\[0\] is not what its class says"),
+        (Waving(Wave(1.0), Shorter()), r"the delay of delayed\[0\] is not what its class says"),
+    ],
+)
+def test_classes_of_ones_own_that_contradict_themselves_are_refused(process, message, verb):
+    refused(VERBS[verb], process, f"process = Waving: .*{message}")
+
+
+def test_a_coefficient_of_ones_own_is_computed():
+    """ln μ = A + B/μ of the means over a period (design, exact results)."""
+    process, value = Waving(Wave(1.0), WholePeriod()), 0.5 / lambertw(0.5 * np.e).real
+    for method in (lobex.Auto(), lobex.Chebyshev(20)):
+        assert lobex.spectral_radius(process, 1.0, 0.5, method) == pytest.approx(value, rel=1e-8)
 
 
 @pytest.mark.parametrize("process", [SOUND, GIVEN], ids=["own", "given"])

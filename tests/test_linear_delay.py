@@ -310,6 +310,10 @@ GIVEN = {"drift": np.eye(2), "delayed": [(np.eye(2), 0.5)], "period": 1.0}
         ({"drift": [[np.inf, 0], [0, 1]]}, "drift = .* has NaN or infinite values"),
         ({"inputs": np.ones((3, 1))}, r"inputs has shape \(3, 1\) and outputs \(none\)"),
         ({"present": np.eye(3)}, r"present has shape \(3, 3\); give \(2, 2\)"),
+        ({"delayed": 3.0}, "delayed = 3.0 must be a list of pairs, empty for none"),
+        ({"delayed": None}, "delayed = None must be a list of pairs"),
+        ({"distributed": "none"}, "distributed = 'none' must be a list of pairs"),
+        ({"drift": 1j * np.eye(2)}, "drift = .* is complex; give real numbers"),
         ({"delay_range": (1.0, 0.5)}, "delay_range = .* must be two numbers of periods, the shortest first"),
     ],
 )
@@ -324,6 +328,9 @@ def test_bad_input_is_one_line_when_it_is_given(changed, message):
         ({"present": of_time}, r"present cannot be traced by JAX; write it with jax.numpy"),
         ({"present": of_numpy}, r"present cannot be traced by JAX; write it with jax.numpy"),
         ({"present": lambda t: np.eye(2)}, r"present cannot be traced by JAX; .*positional"),
+        ({"present": lambda t, speed, gain: 1j * jnp.eye(2)}, "present returns complex numbers; return real ones"),
+        ({"present": lambda t, speed, gain: "none"}, "present cannot be traced by JAX; write it with jax.numpy"),
+        ({"present": lambda t, speed, gain: None}, "present cannot be traced by JAX; write it with jax.numpy"),
         ({"present": of_shape}, r"present returns the shape \(2, 3\); return \(2, 2\)"),
         ({"delayed": [(of_shape, 0.5)]}, r"delayed\[0\] returns the shape \(2, 3\); return \(2, 2\)"),
         (
@@ -345,6 +352,8 @@ def test_masses_that_are_none_are_refused():
         lobex.LinearDelay.second_order(np.diag([1.0, 0.0]), np.eye(2), np.eye(2))
     with pytest.raises(ValueError, match=r"mass has shape \(2, 2\), damping \(1, 1\); give two of \(p, p\)"):
         lobex.LinearDelay.second_order(np.eye(2), 1.0, np.eye(2))
+    with pytest.raises(ValueError, match=r"stiffness has shape \(3, 3\); give \(2, 2\)"):
+        lobex.LinearDelay.second_order(np.eye(2), np.eye(2), np.eye(3))
 
 
 @pytest.mark.slow

@@ -28,6 +28,7 @@ NODES = {
     "remembered": (14, 24),
     "velocity": (40, 64),
     "jumps of several": (12, 12),
+    "sampled": (12, 15),
     "teeth": (20, 24),
     "even teeth": (24, 44),
 }
@@ -318,5 +319,5 @@ def test_other_delays_than_the_period_refuse_whole_states_and_single_intervals(k
 
 @pytest.mark.parametrize("kind", [kind for kind in KINDS if "constant" not in ONE[kind].tags])
 def test_roots_refuse_what_follows_the_time(kind):
-    words = "whose delay varies" if kind == "varying delay" else "has periodic coefficients"
+    words = "whose delay varies" if kind in ("varying delay", "sampled") else "has periodic coefficients"
     assert_refused(ONE[kind], CharacteristicRoots(), words)

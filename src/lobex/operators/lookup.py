@@ -13,6 +13,8 @@ from lobex.systems.system import DelaySystem
 
 # Of a piece, what rounding may put before the oldest one that is remembered.
 _ROUNDING = 1e-6
+# Of a piece, so far from its ends that a delay which jumps there is that of the piece.
+_INSIDE = 1e-12
 
 
 def pieces_back(mesh: Mesh) -> np.ndarray:
@@ -38,8 +40,8 @@ def look_up(system: DelaySystem, mesh: Mesh, points: np.ndarray) -> tuple[Int[Ar
     def at_piece(
         starts: Float[AnyArray, " H"], lengths: Float[AnyArray, " H"]
     ) -> tuple[Int[Array, "K q"], Float[Array, "K q"]]:
-        phase = starts[-1] + lengths[-1] * points
-        place = phase - jnp.stack(system.lags(phase))
+        phase, within = (starts[-1] + lengths[-1] * part for part in (points, np.clip(points, _INSIDE, 1 - _INSIDE)))
+        place = phase - jnp.stack(system.lags(within))
         slot: Any = jnp.sum(place[..., None] >= starts[1:], axis=-1)
         inside = (place - starts[slot]) / jnp.where(lengths[slot] > 0, lengths[slot], 1.0)
         reached = inside >= -_ROUNDING

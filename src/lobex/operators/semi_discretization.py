@@ -36,7 +36,8 @@ class SemiDiscretization:
 
     Second order in the step for every order on periodic coefficients, since these are averaged. A delay need be no
     whole number of steps: what it brings is a polynomial through the samples about it (Insperger and Stépán, 2011,
-    ch. 3). One that varies is held over each step at its value in the middle, which is of second order as well.
+    ch. 3). One that varies is held over each step at its value in the middle, which is of second order as well, but of
+    first order where it jumps within a step.
 
     Attributes:
         steps: equal steps k per period.

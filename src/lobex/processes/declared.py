@@ -19,14 +19,19 @@ from lobex._float64 import at_once, widened
 from lobex._pytree import is_measured
 from lobex._shapes import AnyArray
 from lobex.processes.process import Process
-from lobex.systems.coefficients import Function
+from lobex.processes.undeclared import JUMP, STRAY, STRAYS, Jump, jumps_unnamed, strays_of
+from lobex.systems.coefficients import Coefficient, Function
+from lobex.systems.delays import Delay, WholePeriod, varies
 from lobex.systems.system import DelaySystem, Forces
-from lobex.systems.terms import Forcing
+from lobex.systems.terms import Forcing, Term
 
 _PHASES = np.arange(32) / 32
+_LAG_PHASES = np.arange(256) / 256
 # Weights of speed and gain: in a plane of both, the outermost points along these directions.
 _DIRECTIONS = ((1, 1), (1, -1))
 _POINTS = 2 * len(_DIRECTIONS)
+# Of a delay in periods.
+_ROUNDING = 1e-9
 
 
 class Numbers(NamedTuple):
@@ -41,6 +46,9 @@ class Numbers(NamedTuple):
         force: the largest force per unit of output, now and remembered, at any phase, (k,).
         sizes: the mean size of each coefficient of present and remembered outputs, (k, e, r) and (k, e, m) each.
         finite: whether the structure is, and the forces at every phase, (k, 2).
+        steady: whether each delay that is not known to vary does not, and that of the whole period is 1, (k, delays).
+        jumps: the largest jump of each function of time that no break names, (k, f) each.
+        strays: by how much coefficients of another's class contradict themselves, (k, c, 5).
     """
 
     period: Float[AnyArray, " *k"]
@@ -51,6 +59,9 @@ class Numbers(NamedTuple):
     force: Float[AnyArray, " *k"]
     sizes: Forces
     finite: Bool[AnyArray, "*k 2"]
+    steady: Bool[AnyArray, "*k delays"]
+    jumps: Jump
+    strays: Float[AnyArray, "*k c 5"]
 
 
 def check_system(process: Process, speed: Any, gain: Any = None, *, finite: bool = True) -> None:
@@ -63,7 +74,8 @@ def check_system(process: Process, speed: Any, gain: Any = None, *, finite: bool
 
     Raises:
         ValueError: for a system that JAX cannot trace, matrices and functions of a wrong shape, a period that is not
-            above zero, breaks outside of it, and delays that are not above zero and in their range, in one line each.
+            above zero, breaks outside of it, jumps that no break names, coefficients that contradict themselves, and
+            delays that are not above zero and in their range, in one line each.
     """
     measured = any(map(is_measured, jax.tree.leaves(process, is_leaf=is_measured)))
     if measured or _checks.is_traced((process, speed, gain)):
@@ -97,8 +109,9 @@ def _numbers(process: Process, speed: Float[AnyArray, " k"], gain: Float[AnyArra
         system = process.system(speed, gain)
         _check_form(type(process).__name__, system)
         functions = [node for node in jax.tree.leaves(system, is_leaf=_is_function) if _is_function(node)]
-        lags = [term.delay.shares(_PHASES, system.period) for term in system.feedback if term.delay is not None]
-        lag = jnp.stack([jnp.broadcast_to(lag, _PHASES.shape) for lag in lags] or [jnp.ones(_PHASES.shape)])
+        delays = [term.delay for term in system.feedback if term.delay is not None] or [WholePeriod()]
+        lag = jnp.stack([delay.shares(_LAG_PHASES, system.period) for delay in delays])
+        steady = [_steady(*pair) for pair in zip(delays, lag, strict=True)]
         forces = system.at(_PHASES)
         structure = system.blocks, system.inputs, system.outputs, system.recalled
         return Numbers(
@@ -110,9 +123,20 @@ def _numbers(process: Process, speed: Float[AnyArray, " k"], gain: Float[AnyArra
             force=jnp.max(sum(jnp.linalg.norm(part, axis=(1, 2)) for part in (forces.present, *forces.delayed))),
             sizes=jax.tree.map(lambda part: jnp.mean(jnp.abs(part), axis=0), forces),
             finite=jnp.stack([_all_finite(structure), _all_finite(forces)]),
+            steady=jnp.stack(steady),
+            jumps=jax.tree.map(lambda *parts: jnp.stack(parts), Jump(*jnp.zeros(2)), *jumps_unnamed(system)),
+            strays=jnp.stack([jnp.zeros(len(STRAYS)), *strays_of(system)]),
         )
 
     return jax.vmap(at)(speed, gain)
+
+
+def _steady(delay: Any, lag: Float[Array, " phases"]) -> Bool[Array, ""]:
+    """Whether a delay is as constant, or as long, as its class says."""
+    if varies(delay):
+        return jnp.ones((), dtype=bool)
+    said = 1.0 if isinstance(delay, WholePeriod) else lag[0]
+    return jnp.all(jnp.abs(lag - said) <= _ROUNDING * jnp.abs(said)) | ~jnp.all(jnp.isfinite(lag))
 
 
 def _all_finite(parts: Any) -> Bool[Array, ""]:
@@ -123,6 +147,15 @@ def _check_form(name: str, system: Any) -> None:
     """Require the shapes that the parts of a system have together, of values that JAX traces."""
     if not isinstance(system, DelaySystem):
         raise ValueError(f"process = {name}: its system is {_checks.brief(system)}; return a DelaySystem")
+    for index, term in enumerate(system.terms):
+        delay = getattr(term, "delay", None)
+        for part, kind, right in (
+            (term, Term, "a Present, Delayed, Regenerative, Distributed or Forcing"),
+            (getattr(term, "coefficient", term), Term | Coefficient, "a coefficient, such as Constant of a matrix"),
+            (delay, Delay | None, "a delay, such as ConstantDelay of seconds"),
+        ):
+            if not isinstance(part, kind):
+                raise ValueError(f"process = {name}: its terms[{index}] has a {type(part).__name__}; give {right}")
     shape = np.shape(system.blocks)
     if len(shape) != 3 or shape[1] != shape[2]:
         raise ValueError(f"process = {name}: its blocks have the shape {shape}; give (n, s, s)")
@@ -148,11 +181,15 @@ def _check_form(name: str, system: Any) -> None:
         if np.shape(value) != right:
             where = f" where blocks have {shape}" if words.startswith("(n") else ""
             raise ValueError(f"process = {name}: its {what} has the shape {np.shape(value)}{where}; give {words}")
+    for what, value in (("blocks", system.blocks), *((what, value) for what, (value, _, _) in asked.items())):
+        kind = jnp.result_type(value)
+        if np.ndim(value) and not jnp.issubdtype(kind, jnp.floating):
+            raise ValueError(f"process = {name}: its {what} is of the type {kind}; give real numbers, such as 1.0")
     bounds = system.shortest, system.longest
-    if not system.terms or not 0 <= bounds[0] <= bounds[1] < np.inf or bounds[1] <= 0:
+    if not system.feedback or not 0 <= bounds[0] <= bounds[1] < np.inf or bounds[1] <= 0:
         raise ValueError(
-            f"process = {name}: its system has {len(system.terms)} terms, and shortest = {bounds[0]!r} and longest = "
-            f"{bounds[1]!r} periods; give a term at least, and the shortest delay before the longest"
+            f"process = {name}: its system has {len(system.feedback)} terms that answer the motion, and shortest = "
+            f"{bounds[0]!r} and longest = {bounds[1]!r} periods; give one at least, and the shortest delay first"
         )
 
 
@@ -194,7 +231,21 @@ def _wrong(found: Numbers, finite: bool) -> tuple[int, str, str] | None:
         if bad.any():
             point, index, phase = np.argwhere(bad)[0]
             lag = f"the delay of delayed[{index}] is {found.lag[point, index, phase]:.6g} periods"
-            return point, f"{lag} {{}}, t/T = {_PHASES[phase]:.6g}", right
+            return point, f"{lag} {{}}, t/T = {_LAG_PHASES[phase]:.6g}", right
+    if not found.steady.all():
+        point, index = np.argwhere(~found.steady)[0]
+        return point, f"the delay of delayed[{index}] is not what its class says {{}}", "give lobex' Varying"
+    # One that is constant and says so wrongly may not jump.
+    for index, (what, right) in enumerate(STRAYS):
+        bad = found.strays[:, :, index] > STRAY
+        if bad.any():
+            return int(np.argwhere(bad)[0][0]), f"one of its coefficients {what} {{}}", right
+    bad = found.jumps.size > JUMP
+    if bad.any():
+        point, index = np.argwhere(bad)[0]
+        size, phase = found.jumps.size[point, index], found.jumps.phase[point, index]
+        right = "name it in breaks, or give the period with which all repeats"
+        return point, f"what follows the time jumps by {100 * size:.3g} % at t/T = {round(phase, 6) % 1:g} {{}}", right
     return None
 
 

@@ -39,10 +39,13 @@ class Shaped:
 
     def __call__(self, *point: Number) -> Float[Array, "..."]:
         try:
-            value = jnp.asarray(self.function(*point), dtype=jnp.result_type(float))
-        except TypeError as error:
+            value = jnp.asarray(self.function(*point))
+        except (TypeError, ValueError) as error:
             reason = str(error).splitlines()[0]
             raise ValueError(f"{self.name} cannot be traced by JAX; write it with jax.numpy ({reason})") from None
+        if jnp.iscomplexobj(value):
+            raise ValueError(f"{self.name} returns complex numbers; return real ones")
+        value = value.astype(jnp.result_type(float))
         if jnp.size(value) == 1 and np.prod(self.shape) == 1:
             return value.reshape(self.shape)
         if jnp.shape(value) != self.shape:
@@ -112,7 +115,7 @@ def delay_at(name: str, delay: Given, point: Point) -> Delay:
         return ConstantDelay(delay)
     function = Shaped(delay, name, ())
     if _follows_time(function, point):
-        return Varying(function, point.speed, point.gain)
+        return Varying(function, point.speed, point.gain, point.breaks)
     return ConstantDelay(function(jnp.zeros_like(point.period), point.speed, point.gain))
 
 
@@ -179,6 +182,15 @@ def as_duration(name: str, given: Given) -> Any:
     _checks.scalar(name, given)
     _checks.positive(name, given, "s")
     return given
+
+
+def as_each(
+    made: Callable[[int, Any, tuple[int, int]], tuple[Any, Any]], name: str, given: Any, shape: tuple[int, int]
+) -> tuple[Any, ...]:
+    """Of every pair of a list what ``made`` takes it for."""
+    if not isinstance(given, tuple | list):
+        raise ValueError(f"{name} = {_checks.brief(given)} must be a list of pairs, empty for none")
+    return tuple(made(index, pair, shape) for index, pair in enumerate(given))
 
 
 def as_delayed(index: int, pair: Any, shape: tuple[int, int]) -> tuple[Any, Any]:

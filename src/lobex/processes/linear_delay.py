@@ -20,8 +20,8 @@ from lobex.processes.given import (
     as_delayed,
     as_distributed,
     as_duration,
+    as_each,
     as_forces,
-    as_function,
     as_matrix,
     as_phases,
     by_gain,
@@ -57,7 +57,7 @@ class LinearDelay:
         delayed: pairs of B_k, (e, r), and τ_k in s; None for a delay of one period.
         present: P, (e, r), or None.
         period: T in s, as a number or a function of (speed, gain). None for 1/speed.
-        breaks: phases t/T in [0, 1) at which a function jumps.
+        breaks: phases t/T in [0, 1) at which a function jumps, that of a delay included.
         inputs: E, (d, e): where the forces act. None for the identity.
         outputs: C, (r, d): what they see. None for the identity.
         delay_range: the shortest and the longest delay in periods, whatever speed and gain. Found where all delays are
@@ -73,7 +73,8 @@ class LinearDelay:
     Raises:
         ValueError: for arrays of a wrong shape or that are not finite, delays and periods that are not above zero,
             breaks outside a period, delays without a range; and, when a system is asked for, for functions that cannot
-            be traced or return a wrong shape. Delays and periods that functions return are looked at by every verb.
+            be traced, return a wrong shape, or jump where no break is. Delays and periods that functions return are
+            looked at by every verb.
     """
 
     drift: Real[AnyArray, "d d"]
@@ -111,8 +112,8 @@ class LinearDelay:
             "inputs": inputs,
             "outputs": outputs,
             "present": None if self.present is None else as_coefficient("present", self.present, forces),
-            "delayed": tuple(as_delayed(index, pair, forces) for index, pair in enumerate(self.delayed)),
-            "distributed": tuple(as_distributed(index, one, forces) for index, one in enumerate(self.distributed)),
+            "delayed": as_each(as_delayed, "delayed", self.delayed, forces),
+            "distributed": as_each(as_distributed, "distributed", self.distributed, forces),
             "distributed_nodes": _checks.integer("distributed_nodes", self.distributed_nodes, 1, _MOST_NODES),
             "forcing": None if self.forcing is None else as_forces("forcing", self.forcing, forces[0]),
             "period": None if self.period is None else as_duration("period", self.period),
@@ -149,11 +150,8 @@ class LinearDelay:
             raise ValueError(f"mass has shape {np.shape(masses)}, damping {np.shape(dampings)}; give two of (p, p)")
         if not _checks.is_traced(masses) and np.linalg.matrix_rank(masses) < p:
             raise ValueError("mass is singular; leave out the coordinates without mass")
-        held = (
-            jax.tree_util.Partial(_pulling, as_function(stiffness))
-            if callable(stiffness)
-            else -as_matrix("stiffness", stiffness)
-        )
+        pull = as_coefficient("stiffness", stiffness, (p, p))
+        held = jax.tree_util.Partial(_pulling, pull) if callable(pull) else -pull
         none, unit = jnp.zeros((p, p)), jnp.eye(p)
         with jax.enable_x64(True):
             inverse = jnp.linalg.inv(masses)

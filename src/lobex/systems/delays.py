@@ -62,11 +62,18 @@ class Spread(ConstantDelay, OneOfMany):
 
 @pytree()
 class Varying:
-    """τ(t) in seconds as a function of time t, s, and of speed and gain, which repeats with the period."""
+    """τ(t) in seconds as a function of time t, s, and of speed and gain, which repeats with the period.
+
+    Attributes:
+        function: in pure JAX, of (t, speed, gain).
+        speed, gain: of the point.
+        breaks: phases t/T at which it jumps, (b,), as it does where what acts is sampled and held.
+    """
 
     function: Callable[..., Number]
     speed: Number
     gain: Number
+    breaks: Float[AnyArray, " b"] | tuple[()] = ()
 
     def shares(self, phase: Float[AnyArray, " k"], period: Number) -> Float[AnyArray, "k ..."]:
         def one(phase: Number) -> Any:

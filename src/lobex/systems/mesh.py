@@ -107,12 +107,15 @@ def seen_to_bend(system: DelaySystem) -> int | None:
 
 
 def _jumping(system: DelaySystem) -> list[Jumps]:
-    """The jumps of the coefficients that do; of those that share their breaks one."""
+    """The jumps of the coefficients and delays that do; of those that share their breaks one."""
     own: dict[int, Jumps | None] = {}
     for coefficient in (term.coefficient for term in system.feedback):
         breaks = id(getattr(coefficient, "breaks", coefficient))
         if breaks not in own:
             own[breaks] = jumps_of(coefficient)
+    for breaks in (getattr(delay, "breaks", ()) for delay in system.delays):
+        if id(breaks) not in own and np.size(breaks):
+            own[id(breaks)] = Jumps(namespace(breaks).asarray(breaks), np.arange(np.size(breaks)) > 0)
     return [jumps for jumps in own.values() if jumps is not None]
 
 
