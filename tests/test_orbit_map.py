@@ -3,12 +3,14 @@
 from dataclasses import replace
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
+from jax.tree_util import Partial
 
 import lobex
 import small_results
-from problems import KN, KT
+from problems import KN, KT, times
 from refusals import refused
 
 TOOL = lobex.Modes.single(frequency=600.0, damping_ratio=0.03, mass=0.5)
@@ -104,3 +106,22 @@ def test_bad_input_is_one_line(changed, message):
     given = {"process": MILL, "speed": SPEED, "gain": DEPTH} | changed
     with refused(match=message):
         lobex.orbits(**given)
+
+
+def waves(t, speed, gain):
+    return 1 + jnp.cos(2 * jnp.pi * t)
+
+
+def test_a_map_of_an_equation_without_teeth_is_its_transfer_function():
+    """x' = −x + b x(t − 0.5) + 1 + cos 2πt, whose mean and whose wave are largest together."""
+    process = lobex.LinearDelay(-1.0, [(Partial(times, np.eye(1)), 0.5)], period=1.0, forcing=waves)
+    gains, s = np.array([-0.4, 0.1, 0.2, 1.5]), 2j * np.pi
+    found = lobex.orbits(process, [1.0], gains)
+    peak = 1 / (1 - gains) + np.abs(1 / (s + 1 - gains * np.exp(-0.5 * s)))
+    assert found.peak[0, :3, 0] == pytest.approx(peak[:3], rel=1e-8)
+    assert np.all(found.error[0, :3] < 1e-8)
+    assert found.status[0].tolist() == ["good", "good", "good", "unstable"]
+    with jax.enable_x64(True):
+        slope = jax.grad(lambda b: lobex.orbits(process, jnp.ones(1), b[None]).peak[0, 0, 0])(0.1)
+    step = lobex.orbits(process, [1.0], [0.1 - 1e-4, 0.1 + 1e-4]).peak[0, :, 0]
+    assert slope == pytest.approx(np.diff(step)[0] / 2e-4, rel=1e-6)

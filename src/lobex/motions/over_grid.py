@@ -187,7 +187,7 @@ def _at_cells(
     back = np.empty_like(order)
     back[order] = np.arange(len(order))
 
-    return jax.tree.map(lambda part: part.reshape(-1, *part.shape[2:])[filled][back], found)
+    return jax.tree.map(lambda part: np.concatenate(part)[filled][back], found)
 
 
 @compiled_for("several")

@@ -69,7 +69,7 @@ class Path(NamedTuple):
         """y and w at phases t/T."""
         piece, inside = self._place(jnp.ravel(phase))
         values = chebyshev_polynomials(2 * inside - 1, jnp.shape(self.terms)[1])
-        return jnp.einsum("sk,skr->sr", values, self.terms[piece]).reshape(*jnp.shape(phase), -1)
+        return jnp.einsum("sk,skr->sr", values, self.terms[piece]).reshape(*jnp.shape(phase), jnp.shape(self.terms)[-1])
 
     def aside(self, phase: Float[AnyArray, " S"]) -> Float[Array, " S"]:
         """The same phases, those on a jump a little beside it, on the side that ``at`` takes."""

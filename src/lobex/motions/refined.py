@@ -108,7 +108,7 @@ def apart(now: Seen, before: Seen, lib: Any) -> Float[AnyArray, " p"]:
 
     def by(name: str) -> Float[AnyArray, " p"]:
         change = getattr(now, name) - getattr(before, name)
-        return lib.max(lib.abs(change.reshape(len(largest), -1, size.shape[-1])) / size, axis=(1, 2))
+        return lib.max(lib.abs(change.reshape(len(largest), -1, size.shape[-1])) / size, axis=(1, 2), initial=0.0)
 
     changes = [by(name) for name in ("output", "lowest", "highest")]
     return lib.max(lib.stack(changes), axis=0) / largest + now.rounding
