@@ -197,9 +197,9 @@ class Explorer(pn.viewable.Viewer):
             self.status.show(_SIZES)
         self.worker.forget("slopes")
         self.worker.forget("warm")
-        self.worker.ask("limit", lambda: self._find_limit(state, response, ahead is not None))
+        self.worker.ask("limit", lambda: self._find_limit(state, response))
 
-    def _find_limit(self, state: State, response: Any, is_ahead: bool) -> Iterator[None]:
+    def _find_limit(self, state: State, response: Any) -> Iterator[None]:
         with warnings.catch_warnings(record=True) as told:
             warnings.simplefilter("always", LobexWarning)
             if not in_closed_form(state):

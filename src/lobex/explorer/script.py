@@ -33,7 +33,7 @@ def script_of(state: State, there: AtPoint | None = None) -> str:
         _limit(state),
     ]
     if there is not None:
-        parts.append(_point(state, there))
+        parts.append(_point(there))
     return "\n".join(f"{part}\n" for part in parts)
 
 
@@ -80,7 +80,7 @@ def _limit(state: State) -> str:
     return "\n".join(lines)
 
 
-def _point(state: State, there: AtPoint) -> str:
+def _point(there: AtPoint) -> str:
     """The march of the point, and its orbit."""
     march = there.march
     history = _DEFLECTED.format(value=in_python(there.deflection))

@@ -307,7 +307,6 @@ class Sheets:
             for ending, made in self.taken.items()
         ]
         rows = [pn.Row(*buttons[i : i + 2], margin=0) for i in range(0, len(buttons), 2)]
-        self._link = pn.pane.HTML("", width=_WIDE)
         return pn.Column(
             pn.pane.HTML("<b>Take away</b>"),
             *rows,

@@ -9,7 +9,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 SPEED = "rotational frequency (Hz)"
-STIFFNESS = "contact stiffness $K_e$ (MN/m)"
 CRITICAL = "critical contact stiffness $K_e$ (MN/m)"
 # Pale to dark, so that it reads in grey.
 BLUES = ("#f2f7fb", "#b3d3e8", "#5b8fb9", "#12436d", "#061c30")

@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 
 from lobex._namespace import namespace
+from lobex._roots import bracketed_root
 from lobex._shapes import AnyArray
 from lobex.limits.sections import Sections, modal_response
 
@@ -14,7 +15,6 @@ from lobex.limits.sections import Sections, modal_response
 # part that is not divided further.
 _OCTAVES, _NARROW = 10, 1e-9
 _DIVISIONS = 60
-_HALVINGS, _STEPS = 12, 8
 # In place of 1/G where a blade does not answer.
 _STIFF = 1e150j
 
@@ -142,18 +142,13 @@ def _root(
     low: Float[np.ndarray, " p"],
     high: Float[np.ndarray, " p"],
 ) -> Float[np.ndarray, " p"]:
-    """The x between two at which the product's modulus passes 1, by Newton's method within halves."""
+    """The x between two at which the product's modulus passes 1."""
 
-    def value_of(x: Float[np.ndarray, " p"]) -> tuple[Any, Any]:
+    def value_of(given: tuple[Any, Any], x: Float[np.ndarray, " p"]) -> tuple[Any, Any]:
+        real, size = given
         factor = 1 + x[:, None] * (2 * real + x[:, None] * size)
         return np.sum(np.log(factor), axis=1), np.sum((2 * real + 2 * x[:, None] * size) / factor, axis=1)
 
     with np.errstate(all="ignore"):
-        after, x = np.sign(value_of(high)[0]), (low + high) / 2
-        for _ in range(_HALVINGS + _STEPS):
-            value, slope = value_of(x)
-            same = np.sign(value) == after
-            low, high = np.where(same, low, x), np.where(same, x, high)
-            step = x - value / slope
-            x = np.where((step > low) & (step < high), step, (low + high) / 2)
-    return x
+        rising = value_of((real, size), high)[0] > 0
+        return bracketed_root(value_of, (real, size), low, high, rising, (low + high) / 2, 0.0)
