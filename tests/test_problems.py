@@ -3,6 +3,7 @@
 from dataclasses import replace
 from typing import Any, ClassVar
 
+import jax
 import numpy as np
 import pytest
 
@@ -107,6 +108,8 @@ def test_roots_meet_every_constant_problem_or_say_why_they_do_not(problem):
     else:
         chart = lobex.sweep(problem.process, [problem.speed], [problem.gain], roots)
         assert problem.error(chart.multiplier[0]) < problem.tolerance
+        radius = lobex.spectral_radius(problem.process, problem.speed, problem.gain, roots)
+        assert radius == pytest.approx(chart.spectral_radius[0, 0], rel=1e-12)
 
 
 @pytest.mark.parametrize("problem", [p for p in of_kind("constant") if "among" not in p.tags], ids=named)
@@ -303,9 +306,7 @@ def test_marches_are_of_second_order(name):
 
 
 def assert_refused(problem: Problem, method: Any, words: str) -> None:
-    # Points have no roots without an operator.
-    verbs = (lobex.sweep,) if isinstance(method, CharacteristicRoots) else (lobex.sweep, lobex.spectral_radius)
-    for verb in verbs:
+    for verb in (lobex.sweep, lobex.spectral_radius):
         with refused(words):
             verb(problem.process, [problem.speed], [problem.gain], method)
 
@@ -321,3 +322,15 @@ def test_other_delays_than_the_period_refuse_whole_states_and_single_intervals(k
 def test_roots_refuse_what_follows_the_time(kind):
     words = "whose delay varies" if kind in ("varying delay", "sampled") else "has periodic coefficients"
     assert_refused(ONE[kind], CharacteristicRoots(), words)
+
+
+def test_what_needs_an_operator_refuses_roots():
+    problem = ONE["constant"]
+    point = problem.process, problem.speed, problem.gain, CharacteristicRoots()
+    for verb in (
+        lobex.monodromy,
+        lobex.multipliers,
+        lambda process, speed, gain, method: jax.grad(lambda k: lobex.spectral_radius(process, speed, k, method))(gain),
+    ):
+        with refused("method = CharacteristicRoots() makes no operator"):
+            verb(*point)

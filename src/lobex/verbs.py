@@ -13,12 +13,13 @@ from lobex._float64 import at_once, in_float64, widened
 from lobex._shapes import AnyArray, ArrayLike, Numbers
 from lobex._timing import spare_programs
 from lobex._warnings import SweepWarning, warn
-from lobex.grids.choice import AUTO, Auto, chosen_method, tolerance_of
+from lobex.characteristic.method import CharacteristicRoots
+from lobex.grids.choice import AUTO, AnyMethod, Auto, check_any_method, chosen_method, tolerance_of
 from lobex.grids.differentiated import matrix_of, radius, sorted_multipliers
 from lobex.grids.evaluation import dominant_at_points
 from lobex.grids.resolution import oddities
 from lobex.operators.duhamel import Duhamel
-from lobex.operators.operator import Method, check_method
+from lobex.operators.operator import Method
 from lobex.processes.at_speeds import tabled
 from lobex.processes.declared import check_system
 from lobex.processes.plausible import warn_of_implausible
@@ -31,7 +32,7 @@ GENERAL = Duhamel(nodes=40)
 def monodromy(
     process: Process, speed: ArrayLike, gain: ArrayLike, method: Method | Auto = AUTO
 ) -> Float[AnyArray, "*lanes N N"]:
-    """The monodromy operator U of a process: the state one delay later is U times the state.
+    """The monodromy operator U of a process: the state one period later is U times the state.
 
     Args:
         process: a process, such as ``Rub(modes)``.
@@ -67,26 +68,27 @@ def multipliers(
 
 
 def spectral_radius(
-    process: Process, speed: ArrayLike, gain: ArrayLike, method: Method | Auto = AUTO
+    process: Process, speed: ArrayLike, gain: ArrayLike, method: AnyMethod = AUTO
 ) -> Float[AnyArray, " *lanes"]:
     """max|μ|: the motion dies out below 1 and grows above. Shape: that of speed and gain, broadcast.
 
-    Differentiable with respect to speed, gain and every number in ``process``. By ``Auto()`` and ``Duhamel(…)`` as in
-    ``sweep``, with the error estimated, where nothing is traced; under tracing ``Auto()`` is ``Duhamel(nodes=40)``.
+    Differentiable with respect to speed, gain and every number in ``process``. By ``Auto()``, ``CharacteristicRoots()``
+    and ``Duhamel(…)`` as in ``sweep``, with the error estimated, where nothing is traced; under tracing ``Auto()`` is
+    ``Duhamel(nodes=40)``.
     Arguments, precision, errors and warnings as for ``monodromy``.
 
     Warns:
         SweepWarning: for points that failed and are NaN, and for estimated errors above the tolerance, 1e-8 by default.
     """
     process, speed, gain = _checked(process, speed, gain, method)
-    if isinstance(method, Auto | Duhamel) and not _checks.is_traced((process, speed, gain)):
+    if isinstance(method, Auto | CharacteristicRoots | Duhamel) and not _checks.is_traced((process, speed, gain)):
         with at_once():
             model = tabled(widened(process), speed)
             return _settled(model, np.asarray(speed, dtype=float), np.asarray(gain, dtype=float), method)
     return _spectral_radius(process, speed, gain, _operator(process, speed, gain, method))
 
 
-def _settled(process: Process, speed: np.ndarray, gain: np.ndarray, method: Auto | Duhamel) -> np.ndarray:
+def _settled(process: Process, speed: np.ndarray, gain: np.ndarray, method: AnyMethod) -> np.ndarray:
     """As ``sweep`` has it: proven roots, or as many nodes as the estimated error asks for, or the nodes given."""
     speed, gain = np.broadcast_arrays(speed, gain)
     if not speed.size:
@@ -106,8 +108,7 @@ def _checked(process: Any, speed: Any, gain: Any, method: Any) -> tuple[Process,
     """What is asked for, once it is checked, of a process that is fine enough for the method."""
     check_process(process)
     spare_programs()
-    if not isinstance(method, Auto):
-        check_method(method)
+    check_any_method(method)
     check_speed(process, speed)
     check_gain(process, gain)
     speed, gain = (_checks.as_array(value) for value in (speed, gain))
@@ -117,8 +118,13 @@ def _checked(process: Any, speed: Any, gain: Any, method: Any) -> tuple[Process,
     return fine_enough(process, speed, gain, tolerance_of(method)), speed, gain
 
 
-def _operator(process: Process, speed: Any, gain: Any, method: Method | Auto) -> Method:
+def _operator(process: Process, speed: Any, gain: Any, method: AnyMethod) -> Method:
     """The method, or where none was chosen the general one, which is warned of where its nodes are too few."""
+    if isinstance(method, CharacteristicRoots):
+        raise ValueError(
+            "method = CharacteristicRoots() makes no operator, of which multipliers and derivatives are; "
+            "give lobex.Duhamel(), or leave it out"
+        )
     if not isinstance(method, Auto):
         return method
     if not _checks.is_traced((process, speed, gain)) and np.size(speed) and np.size(gain):

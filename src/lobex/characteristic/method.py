@@ -31,7 +31,10 @@ _ROUNDING = 1e-12
 _MOST_DELAYS = 8
 # The largest blocks whose characteristic polynomials keep their digits.
 _SMALL = 2
-_OTHERWISE = "whose delayed force is not proportional to the gain, or whose present one is not affine; give an operator"
+_OTHERWISE = (
+    "whose delayed force is not proportional to the gain, whose present one is not affine, or whose structure or delay "
+    "follows it; give an operator"
+)
 
 
 @pytree()
@@ -296,10 +299,10 @@ def _form_refused(made: Any, shapes: tuple[Any, ...], number: Any) -> str | None
     system = jax.eval_shape(lambda numbers, speed, gain: made(numbers).system(speed, gain), shapes, number, number)
     if not all(term.coefficient.constant for term in system.feedback):
         return "which has periodic coefficients; give constant ones, such as those of lobex.Rub"
-    if not 0 < len(system.delays) <= _MOST_DELAYS:
-        return f"which has {len(system.delays)} delays; give an operator"
     if len(system.delays) > 1 and any(isinstance(delay, Spread) for delay in system.delays):
         return "which has a distributed delay; give an operator"
+    if not 0 < len(system.delays) <= _MOST_DELAYS:
+        return f"which has {len(system.delays)} delays; give an operator"
     if any(followers(jax.make_jaxpr(lags)(shapes, number, number, jax.ShapeDtypeStruct((1,), number.dtype)).jaxpr)):
         return "whose delay varies; give an operator"
     return None
