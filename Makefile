@@ -51,9 +51,9 @@ bench: $(VENV)/.bench
 	$(BIN)/python benchmarks/general.py
 	$(BIN)/python benchmarks/cutters.py
 	$(BIN)/python benchmarks/motion.py
-	$(BIN)/python benchmarks/growth.py
+	$(BIN)/python benchmarks/cost_growth.py
 	$(BIN)/python benchmarks/blades.py
-	$(BIN)/python benchmarks/wear.py
+	$(BIN)/python benchmarks/rod_wear.py
 	$(BIN)/python benchmarks/bladings.py
 	$(BIN)/python benchmarks/growth_of_studies.py
 	$(BIN)/python benchmarks/sharing_of_studies.py

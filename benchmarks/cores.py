@@ -12,7 +12,7 @@ from pathlib import Path
 
 import lobex
 from machine import machine
-from rows import PROBLEMS
+from measured_charts import PROBLEMS
 
 HERE = Path(__file__).parent
 ROUNDS, REPEATS = 2, 6

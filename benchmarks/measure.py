@@ -17,7 +17,7 @@ import numpy as np
 import lobex
 import thesis_method
 from machine import machine
-from rows import MILL, PROBLEMS, ROD, TOOL, Problem
+from measured_charts import MILL, PROBLEMS, ROD, TOOL, Problem
 from semi_discretization_numba import spectral_radii
 
 HERE = Path(__file__).parent

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import lobex
-from rows import PROBLEMS
+from measured_charts import PROBLEMS
 
 
 @pytest.mark.parametrize("name", PROBLEMS)

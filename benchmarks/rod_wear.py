@@ -1,6 +1,6 @@
 """The full wear map, 1,471 speeds × 20 revolutions × 4,096 cells × 10 modes, beside the same loops in numba.
 
-    python benchmarks/wear.py
+    python benchmarks/rod_wear.py
 
 needs numba, which lobex itself does not. Prints the peak memory of lobex alone, then times of both in turn, how far
 their results differ, and writes the table to benchmarks/WEAR.md.
@@ -53,8 +53,8 @@ def main() -> None:
     write_table(
         "WEAR.md",
         "The wear march, measured",
-        f"Made by `python benchmarks/wear.py`: {len(SPEEDS):,} speeds × {REVOLUTIONS} revolutions × {CELLS:,} cells × "
-        f"{MODES} modes in float64, {ROUNDS} rounds of both in turn.",
+        f"Made by `python benchmarks/rod_wear.py`: {len(SPEEDS):,} speeds × {REVOLUTIONS} revolutions × {CELLS:,} "
+        f"cells × {MODES} modes in float64, {ROUNDS} rounds of both in turn.",
         times,
         np.sum(np.abs(depth - result.depth), axis=1) / np.sum(depth, axis=1),
         np.sum(totals[:, :, 5], axis=1) / np.sum(result.damping_energy, axis=1) - 1,

@@ -1,6 +1,6 @@
 """How cost grows with modes, points, nodes and revolutions, and how two cores are best used: GROWTH.md, growth.png.
 
-python benchmarks/growth.py
+python benchmarks/cost_growth.py
 """
 
 import json
@@ -19,7 +19,7 @@ from matplotlib.ticker import NullFormatter
 
 import lobex
 from machine import machine
-from rows import MILL
+from measured_charts import MILL
 
 HERE = Path(__file__).parent
 ROUNDS = 3
@@ -194,8 +194,8 @@ def main() -> None:
         [
             "# How cost grows",
             "",
-            "Made by `python benchmarks/growth.py`: the best of three warm calls. The exponent is fitted to the upper "
-            "half of the values.",
+            "Made by `python benchmarks/cost_growth.py`: the best of three warm calls. The exponent is fitted to the "
+            "upper half of the values.",
             "",
             "| work | what grows | values | seconds | exponent |",
             "|---|---|---|---|---|",
