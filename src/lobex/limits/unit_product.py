@@ -144,11 +144,11 @@ def _root(
 ) -> Float[np.ndarray, " p"]:
     """The x between two at which the product's modulus passes 1."""
 
-    def value_of(given: tuple[Any, Any], x: Float[np.ndarray, " p"]) -> tuple[Any, Any]:
+    def value_of(given: Any, x: Any) -> tuple[Any, Any]:
         real, size = given
         factor = 1 + x[:, None] * (2 * real + x[:, None] * size)
         return np.sum(np.log(factor), axis=1), np.sum((2 * real + 2 * x[:, None] * size) / factor, axis=1)
 
     with np.errstate(all="ignore"):
         rising = value_of((real, size), high)[0] > 0
-        return bracketed_root(value_of, (real, size), low, high, rising, (low + high) / 2, 0.0)
+        return np.asarray(bracketed_root(value_of, (real, size), low, high, rising, (low + high) / 2, 0.0))

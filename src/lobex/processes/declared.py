@@ -243,7 +243,7 @@ def _wrong(found: Numbers, finite: bool) -> tuple[int, str, str] | None:
     bad = found.jumps.size > JUMP
     if bad.any():
         point, index = np.argwhere(bad)[0]
-        size, phase = found.jumps.size[point, index], found.jumps.phase[point, index]
+        size, phase = (float(part[point, index]) for part in (found.jumps.size, found.jumps.phase))
         right = "name it in breaks, or give the period with which all repeats"
         return point, f"what follows the time jumps by {100 * size:.3g} % at t/T = {round(phase, 6) % 1:g} {{}}", right
     return None

@@ -53,7 +53,7 @@ def jumps_unnamed(system: DelaySystem) -> list[Jump]:
     found: list[tuple[Callable[[Any], Any], Any]] = []
     for term in _each_once(system):
         found += [(node.at, _breaks(node)) for node in _coefficients(term) if not isinstance(node, Bending)]
-        delay = getattr(term, "delay", None)
+        delay: Any = getattr(term, "delay", None)
         if isinstance(delay, Varying) or _is_own(delay):
             found.append((lambda phase, delay=delay: delay.shares(phase, system.period), _breaks(delay)))
     return [_largest_jump(*one) for one in found]
