@@ -17,6 +17,7 @@ import matplotlib
 
 matplotlib.use("Agg")
 
+import hypothesis
 import jax
 import matplotlib.pyplot as plt
 import pytest
@@ -38,6 +39,9 @@ LONGEST = (
     *("blade_limits", "frf_file", "wear", "cutting_orbit", "explorer_browser", "random_tools", "orbit_map"),
     *("advice",),
 )
+# How long an example takes is the machine's affair, and what else it does.
+hypothesis.settings.register_profile("lobex", deadline=None)
+hypothesis.settings.load_profile("lobex")
 # New objects, and rounds of the younger ones, after which Python looks for rubbish; 700, 10 and 10 by default.
 COLLECTED = (50_000, 20, 100)
 

@@ -187,7 +187,7 @@ def test_two_equal_modes_are_one_of_twice_the_strength_and_one_unmoved():
     assert np.abs(found) == pytest.approx(np.maximum(np.abs(alone), free), rel=1e-11)
 
 
-@settings(deadline=None, max_examples=5)
+@settings(max_examples=5)
 @given(stiffer=st.floats(0.5, 2.0), heavier=st.floats(0.5, 2.0))
 def test_scaling(stiffer, heavier):
     # α times stiffer and β times heavier: frequencies √(α/β), gains α, the multipliers the same.

@@ -101,7 +101,7 @@ def test_penalty_laws_give_way_to_the_tip():
     assert np.asarray(removed).tolist() == [0, 2e-5, 0]
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(st.floats(1e-6, 1e-3), st.floats(0.01, 0.99), st.floats(0, 1e7), st.floats(1.0, 500.0))
 def test_plastic_loading_in_two_stages_is_loading_in_one(whole, share, hardening, yield_force):
     law = lobex.Plastic(4.5e6, yield_force, hardening)

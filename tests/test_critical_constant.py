@@ -90,7 +90,7 @@ def test_poles_on_the_axis_are_left_to_the_operator():
     assert set(limit.status[exact == 0]) == {"unstable at the lower bound"}
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.floats(0.5, 2.0), st.floats(0.5, 2.0))
 def test_stiffness_and_mass_scale_limits_and_speeds(stiffness, mass):
     speed = np.linspace(60, 400, 32)

@@ -137,7 +137,7 @@ def test_multipliers_do_not_change_with_the_units_of_the_shapes():
     assert other.error == pytest.approx(one.error, rel=1e-2, abs=5e-14)
 
 
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 @given(st.integers(0, 2**31))
 def test_elimination_inverts_batches(seed):
     matrices = np.eye(7) + 0.1 * np.random.default_rng(seed).standard_normal((3, 2, 7, 7))

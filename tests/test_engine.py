@@ -12,7 +12,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import lobex
@@ -55,7 +55,6 @@ class Mortal(Executor):
             future.set_result(fn(*arguments))
 
 
-@settings(deadline=None)
 @given(calls=st.integers(0, 40), ahead=st.integers(1, 8), deaths=st.integers(0, 3), seed=st.integers(0, 2**32))
 def test_every_call_ends_once_whatever_dies(calls, ahead, deaths, seed):
     pool = Mortal(seed, deaths)

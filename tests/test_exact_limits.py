@@ -97,7 +97,7 @@ def test_monodromy_operator_is_at_the_limit_there_and_stable_below():
 
 # Some of these structures are slow, and said to be passed above every lobe.
 @pytest.mark.filterwarnings("ignore:every speed")
-@settings(deadline=None, max_examples=12, derandomize=True)
+@settings(max_examples=12, derandomize=True)
 @given(st.integers(0, 10**6), st.floats(150.0, 2000.0))
 def test_monodromy_operator_of_random_structures(seed, speed):
     process = lobex.Rub(structure(seed, 5, 0.005, span=500.0))
@@ -220,7 +220,7 @@ def test_turning_is_rubbing_per_radial_force():
     assert exact_critical(ROD.modes, speed).gain == pytest.approx(rubbing.gain, rel=1e-14)
 
 
-@settings(deadline=None, max_examples=15, derandomize=True)
+@settings(max_examples=15, derandomize=True)
 @given(st.floats(0.1, 10.0), st.floats(0.1, 10.0), st.floats(40.0, 500.0))
 def test_scaling_laws(alpha, beta, speed):
     # K(αK, βM; f √(α/β)) = α K(K, M; f).

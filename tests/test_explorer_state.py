@@ -57,7 +57,7 @@ def test_a_link_holds_a_state_to_the_last_bit(state):
 NUMBER = st.floats(1e-3, 1e3, allow_subnormal=False)
 
 
-@settings(deadline=None, max_examples=50)
+@settings(max_examples=50)
 @given(st.lists(st.tuples(NUMBER, NUMBER, NUMBER), min_size=1, max_size=5), NUMBER, NUMBER, st.none() | NUMBER)
 def test_links_hold_any_numbers(rows, radial, low, heard):
     state = replace(

@@ -108,7 +108,7 @@ def test_other_methods_know_no_places_that_are_closed():
     assert stepped == pytest.approx(found[0], rel=2e-3)
 
 
-@settings(max_examples=12, deadline=None)
+@settings(max_examples=12)
 @given(
     st.lists(st.floats(0.4, 1.0), min_size=2, max_size=5),
     st.floats(0.02, 0.9),

@@ -313,7 +313,7 @@ def batch_history(time):
     return 1e-6 * np.cos(-40 * time * 85) * np.exp(-3 * time * 85)
 
 
-@settings(deadline=None, max_examples=20)
+@settings(max_examples=20)
 @given(scale=st.floats(1e-6, 1e6), every=st.sampled_from([1, 5, 30]))
 def test_the_motion_scales_with_its_history_and_thins_out_exactly(scale, every):
     unit = march_delay(ROD, 85.0, 1.35e6, pulse, 3, 300)

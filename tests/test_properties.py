@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 import lobex
 from cases import MILL, MULTIPLIER_TOOLS, ROD, milling, rub
 
-steady = settings(deadline=None, max_examples=15, derandomize=True)
+steady = settings(max_examples=15, derandomize=True)
 factor = st.floats(0.1, 2.0)
 rub_speed = st.floats(60.0, 400.0)
 rub_gain = st.floats(0.0, 4.5e6)

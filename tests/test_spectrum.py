@@ -5,7 +5,7 @@ from functools import partial
 import jax
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import lobex
@@ -17,7 +17,6 @@ from refusals import refused
 ROD = lobex.Rod(3).modes(0.03)
 
 
-@settings(deadline=None)
 @given(st.floats(1e-6, 1e3), st.floats(8, 240), st.floats(0, 6.2), st.floats(-3, 3))
 def test_a_sine_of_any_frequency_gives_its_amplitude(amplitude, cycles, phase, mean):
     signal = amplitude * (np.sin(2 * np.pi * cycles * np.arange(512) / 512 + phase) + mean)

@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import lobex
@@ -310,7 +310,6 @@ def test_tracing_passes_through_to_the_verb():
         jax.eval_shape(lambda f: lobex.critical_gain(RUB, f, (1e5, 4e6), METHOD, over=OVER)["gain"], SPEED)
 
 
-@settings(deadline=None)
 @given(
     lengths=st.lists(st.integers(1, 5), max_size=3),
     lanes=st.integers(1, 200),

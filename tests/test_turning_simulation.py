@@ -132,7 +132,7 @@ def test_loss_of_contact_against_the_method_of_steps(name, law):
 
 # A thousand times as much is more than any tool has.
 @pytest.mark.filterwarnings("ignore:feed = :lobex.LobexWarning")
-@settings(deadline=None, max_examples=10)
+@settings(max_examples=10)
 @given(scale=st.floats(1e-3, 1e3))
 def test_with_a_linear_law_all_lengths_scale_with_the_feed(scale):
     unit = simulate_turning(TOOL, Linear(RADIAL), SPEED, 3 * LIMIT, FEED, 8, 200)

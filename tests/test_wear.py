@@ -186,7 +186,7 @@ def test_many_lanes_in_blocks_are_the_same_lanes():
     assert batch.displacement[[0, 133, 266, 400]] == pytest.approx(some.displacement, rel=1e-9, abs=1e-16)
 
 
-@settings(deadline=None, max_examples=10)
+@settings(max_examples=10)
 @given(st.integers(0, 12))
 def test_a_casing_turned_by_whole_cells_is_worn_turned(cells):
     """One bump within the first half: the blade is still at rest before it, turned or not."""
@@ -200,7 +200,7 @@ def test_a_casing_turned_by_whole_cells_is_worn_turned(cells):
     assert np.all(turned.depth[:, :cells] == 0)
 
 
-@settings(deadline=None, max_examples=10)
+@settings(max_examples=10)
 @given(st.floats(1e-3, 30.0))
 def test_scaling_every_length_scales_a_linear_march(scale):
     plain = march(lobex.Casing(clearance=1e-5))
