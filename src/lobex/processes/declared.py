@@ -19,7 +19,7 @@ from lobex._float64 import at_once, widened
 from lobex._pytree import is_measured
 from lobex._shapes import AnyArray
 from lobex.processes.process import Process
-from lobex.processes.undeclared import JUMP, STRAY, STRAYS, Jump, jumps_unnamed, strays_of
+from lobex.processes.undeclared import JUMP, STRAY, STRAYS, Jump, is_own, jumps_unnamed, strays_of
 from lobex.systems.coefficients import Coefficient, Function
 from lobex.systems.delays import Delay, WholePeriod, varies
 from lobex.systems.system import DelaySystem, Forces
@@ -132,8 +132,8 @@ def _numbers(process: Process, speed: Float[AnyArray, " k"], gain: Float[AnyArra
 
 
 def _steady(delay: Any, lag: Float[Array, " phases"]) -> Bool[Array, ""]:
-    """Whether a delay is as constant, or as long, as its class says."""
-    if varies(delay):
+    """Whether a delay of another's class is as constant, or as long, as that says."""
+    if varies(delay) or not is_own(delay):
         return jnp.ones((), dtype=bool)
     said = 1.0 if isinstance(delay, WholePeriod) else lag[0]
     return jnp.all(jnp.abs(lag - said) <= _ROUNDING * jnp.abs(said)) | ~jnp.all(jnp.isfinite(lag))

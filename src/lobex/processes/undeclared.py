@@ -54,14 +54,14 @@ def jumps_unnamed(system: DelaySystem) -> list[Jump]:
     for term in _each_once(system):
         found += [(node.at, _breaks(node)) for node in _coefficients(term) if not isinstance(node, Bending)]
         delay: Any = getattr(term, "delay", None)
-        if isinstance(delay, Varying) or _is_own(delay):
+        if isinstance(delay, Varying) or is_own(delay):
             found.append((lambda phase, delay=delay: delay.shares(phase, system.period), _breaks(delay)))
     return [_largest_jump(*one) for one in found]
 
 
 def strays_of(system: DelaySystem) -> list[Float[Array, "5"]]:
     """By how much each coefficient of a class that is none of lobex' contradicts itself, as ``STRAYS`` says."""
-    own = [node for term in _each_once(system) for node in _coefficients(term) if _is_own(node)]
+    own = [node for term in _each_once(system) for node in _coefficients(term) if is_own(node)]
     return [_strays(node) for node in own if not isinstance(node, Bending)]
 
 
@@ -81,13 +81,13 @@ def _coefficients(term: Any) -> list[Any]:
     """The functions and the coefficients of another's class that the coefficient of a term is made of."""
 
     def known(node: Any) -> bool:
-        return isinstance(node, Function | Following) or (_is_own(node) and isinstance(node, Coefficient))
+        return isinstance(node, Function | Following) or (is_own(node) and isinstance(node, Coefficient))
 
     nodes = jax.tree.leaves(term.coefficient, is_leaf=known)
     return [node for node in nodes if known(node) and not isinstance(node, Following)]
 
 
-def _is_own(node: Any) -> bool:
+def is_own(node: Any) -> bool:
     """Whether the class is another's; those of lobex are held against themselves in its tests."""
     return node is not None and not f"{type(node).__module__}.".startswith("lobex.")
 
